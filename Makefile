@@ -56,6 +56,7 @@ soak: $(MORE) ## the same tests with many more examples; then bytes made by a fu
 	$(BIN)/python -m pytest --hypothesis-profile soak --numprocesses auto --dist loadfile --no-loadscope-reorder
 	$(BIN)/python -m tests.fuzz --seconds 300
 	$(BIN)/python -m tests.mutants
+	$(BIN)/python -m tests.mutants servers --count 200
 
 lint: setup
 	$(BIN)/ruff check .
@@ -107,6 +108,7 @@ lock: setup ## pin the newest versions that pyproject.toml allows
 	$(PIP) install uv
 	$(LOCK) --all-extras --group dev --group docs --upgrade pyproject.toml --output-file requirements.lock
 	$(LOCK) --group soak --group bench --constraint requirements.lock --output-file requirements-more.lock
+	$(LOCK) --group release --constraint requirements.lock --output-file requirements-release.lock
 
 clean:
 	$(PYTHON) -c 'import shutil; [shutil.rmtree(name, ignore_errors=True) for name in (".venv", "build", "dist")]'

@@ -24,7 +24,7 @@ struct motorcade_image {
 static const uint32_t LEVELS[25] = {0, 1000, 2000, 3000, 1000, 2000, 3000, 4000, 5000, 6000, 7000, 8000, 100,
                                     200, 300, 400, 100, 560, 5, 250, 6, 110, 3520, 2, 10000};
 static uint32_t memory[MOTORCADE_BRAIN_SIZE], receiver[MOTORCADE_RECEIVER_SIZE];
-static struct motorcade_senses senses = {1000};
+static struct motorcade_senses senses = {.obstacle_mm = 1000};
 static uint8_t buffer[UPLOAD_WORDS * 4];
 static struct motorcade_image image;
 static struct motorcade_car car = {0, memory, &image, LEVELS};
@@ -99,8 +99,8 @@ static void run(const char *name, uint8_t leads, uint8_t is_tagged)
     if (leads) motorcade_step_begin_program(&car, now);
     for (uint16_t i = 0; i < TICKS; i++) {
         if (!leads && i % 25 == 0) {
-            if (i % 50 == 0) tag = motorcade_infrared_next_tag(tag);
             arriving = WORDS[3 + i / 50 % 3];
+            if (i % 50 == 0) tag = motorcade_infrared_next_tag(tag, arriving);
             arriving = is_tagged ? motorcade_infrared_tagged_frame(arriving, tag) : motorcade_infrared_to_frame(arriving);
         }
         const uint32_t begin = cycles();

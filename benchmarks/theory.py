@@ -196,7 +196,7 @@ def _informed(placed: Floats, image: bytes, profile: Profile) -> float:
 
 
 PEOPLE, INFECTED = 200, 10
-BOX_M, REACH_M, FASTEST_MM_S = 4.0, 0.1, 1_000
+BOX_M, REACH_M, FASTEST_MM_S, PERSON_MM = 4.0, 0.1, 1_000, 20
 _DRIVES = {"accept_ir": 1, "motor_enable": 1, "motor_direction": 3, "motor_speed": 3, "motor_duration": 3}
 IGNORANT = CONTROL.encode(**_DRIVES, avoid_enable=1, avoid_duration=3)
 TELLING = CONTROL.encode(**_DRIVES, avoid_enable=1, avoid_duration=3, forward=1)
@@ -226,15 +226,26 @@ def growth_rate(contacts: float, period_s: float) -> float:
     return low
 
 
+def _apart(dice: np.random.RandomState) -> Floats:
+    """Places at random in the box, (2, PEOPLE), of bodies that don't touch."""
+    places = dice.uniform(0.1, BOX_M - 0.1, (2, PEOPLE))
+    while True:
+        apart_m = np.hypot(*(places[:, :, None] - places[:, None, :]))
+        near = np.flatnonzero((np.triu(apart_m < PERSON_MM / 1000, 1)).any(axis=0))
+        if not len(near):
+            return places
+        places[:, near] = dice.uniform(0.1, BOX_M - 0.1, (2, len(near)))
+
+
 def _epidemic(key: str, period_ms: int, runs: int, points: int) -> Series:
     dice, around = np.random.RandomState(1), [False] * PEOPLE
-    x_m, y_m = dice.uniform(0.1, BOX_M - 0.1, (2, PEOPLE))
+    x_m, y_m = _apart(dice)
     starts = Starts(x_m, y_m, dice.uniform(0, math.tau, PEOPLE), around)  # type: ignore[arg-type]
     profile = replace(
         with_infrared(CLASSROOM, range_mm=round(REACH_M * 1000), relay_period_ms=period_ms, sense_ms=1, unit_us=100),
         speeds_mm_s=(0, 100, 200, FASTEST_MM_S),
         turn_rates_deg_s=(0, 30, 60, 360),
-        body=replace(CLASSROOM.body, diameter_mm=20),
+        body=replace(CLASSROOM.body, diameter_mm=PERSON_MM),
     )
     mat = Mat("box", starts, 5, (BOX_M, BOX_M), walled=True, physics=Physics(line_of_sight=False))
     world = World(mat, [], profile, seeds=range(runs))

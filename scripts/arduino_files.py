@@ -8,13 +8,13 @@ from pathlib import Path
 from motorcade import __version__
 from motorcade.config.pins import load_pins
 from motorcade.config.profile import built_in_profile
-from motorcade.firmware.arduino_library import SETTINGS, SKETCH, settings_header
+from motorcade.firmware.arduino_library import SETTINGS, SKETCH, blank_header, settings_header
 
 ROOT = Path(__file__).resolve().parent.parent
 LIBRARY = "firmware/arduino"
 PROFILE = "classroom"
-# The examples for ready cars, and their pin files. AnyBoard is shown with an Uno's pins.
-PIN_FILES = {"Uno": "uno.toml", "Mega": "mega.toml", "AnyBoard": "uno.toml"}
+# The examples for ready cars, and their pin files.
+PIN_FILES = {"Uno": "uno.toml", "Mega": "mega.toml"}
 
 
 def arduino_files() -> dict[str, Callable[[], str]]:
@@ -22,6 +22,7 @@ def arduino_files() -> dict[str, Callable[[], str]]:
     made: dict[str, Callable[[], str]] = {f"{LIBRARY}/library.properties": _properties}
     for example in PIN_FILES:
         made[f"{LIBRARY}/examples/{example}/{SETTINGS}"] = partial(_settings, example)
+    made[f"{LIBRARY}/examples/AnyBoard/{SETTINGS}"] = lambda: blank_header(built_in_profile(PROFILE))
     made[f"{LIBRARY}/examples/Mega/Mega.ino"] = lambda: _read(SKETCH)
     return made
 
@@ -32,7 +33,7 @@ def _properties() -> str:
 
 def _settings(example: str) -> str:
     pins = load_pins(ROOT / LIBRARY / PIN_FILES[example])
-    return settings_header(pins, built_in_profile(PROFILE), for_any_board=example == "AnyBoard")
+    return settings_header(pins, built_in_profile(PROFILE))
 
 
 def _read(name: str) -> str:

@@ -1,9 +1,12 @@
 """Break the code by machine: ``python -m tests.mutants`` changes one place after the other, and each time runs tests.
 
+``python -m tests.mutants servers`` does so with uploads, driving, classes, fleets and servers, whose judge is the
+simulated room (`tests.faults.trials`). Without that, it changes the car's brain, its frames, its arbiter and the words:
 mutmut changes the code and finds out which tests reach which function, as `[tool.mutmut]` in pyproject.toml says. What
 survives is printed, except what ``equal_mutants.txt`` lists. Returns 1 where more than 3 % survive.
 """
 
+import argparse
 import json
 import os
 import subprocess
@@ -84,8 +87,24 @@ def change(path: str, name: str) -> str:
     return f"{function} | {new}"
 
 
+def try_servers(arguments: list[str]) -> int:
+    """Change the code that the simulated room runs."""
+    from tests.faults import trials
+
+    parser = argparse.ArgumentParser(prog="python -m tests.mutants servers")
+    parser.add_argument("--count", type=int, default=0, help="so many changes, drawn by --draw; all unless given")
+    parser.add_argument("--draw", type=int, default=0)
+    parser.add_argument("--seeds", type=int, default=1000, help="of each scenario")
+    parser.add_argument("--room-alone", action="store_true", help="don't run tests for what no seed notices")
+    parser.add_argument("folders", nargs="*")
+    given = parser.parse_args(arguments)
+    return trials.main(given.count, given.draw, given.seeds, tuple(given.folders), not given.room_alone)
+
+
 def main(arguments: list[str]) -> int:
     """Run all changed copies that have no result yet, or only say what the results are."""
+    if arguments[:1] == ["servers"]:
+        return try_servers(arguments[1:])
     if not _MUTMUT.exists():
         print("No code was changed: mutmut needs a system with fork.")
         return 0

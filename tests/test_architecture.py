@@ -27,7 +27,7 @@ COMMON = ("devices", "errors", "extras", "locales", "outcomes")
 ARROWS = {
     "__init__": ("car", "cli", "config", "drive", "engine", "mats", "program", "runs", "words"),
     "__main__": ("cli",),
-    "boards": ("cameras", "car", "config", "engine", "runs", "sockets", "words"),
+    "boards": ("cameras", "car", "config", "drive", "engine", "runs", "sockets", "words"),
     # It runs in a web page, where there is neither NumPy nor a web framework; and it writes the site of that page.
     "browser": ("config", "engine", "missions", "program", "service", "upload", "words"),
     "cameras": ("engine", "mats", "runs"),
@@ -59,7 +59,7 @@ ARROWS = {
     "service": ("car", "config", "engine", "mats", "missions", "program", "upload", "words"),
     "sockets": (),
     "timing": ("words",),
-    "upload": ("timing", "words"),
+    "upload": ("sockets", "timing", "words"),
     "words": (),
 }
 # A real car carries no simulator: this file of boards alone may import one.

@@ -190,6 +190,8 @@ def test_every_command_and_option_has_help_and_no_help_is_left_over():
     for path, command in commands_below(command_line()):
         used.add(path)
         for parameter in command.params:
+            if getattr(parameter, "hidden", False):
+                continue
             own = f"{path}.{parameter.name}"
             used |= {own if own in known else f".{parameter.name}"} - (
                 {f".{parameter.name}"} if own in named else set()

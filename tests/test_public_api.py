@@ -12,7 +12,7 @@ from motorcade.program.steps import KINDS
 from support.waiting import DEADLINE_S
 
 PUBLIC = {
-    "words": ["CONTROL", "DRIVE", "FRAME", "HEADER", "WordError"],
+    "words": ["CONTROL", "DRIVE", "FRAME", "HEADER", "LIGHTS", "WordError"],
     "programs": ["Compiled", "Followers", "Program", "ProgramError", "compile_program", "decompile", "read_program"],
     "steps": [name for kind in KINDS.values() for name in kind.names],
     "mats": ["Mat", "Physics", "Pose", "formation", "open_table", "read_mat"],

@@ -6,18 +6,19 @@ Only its table of fields is generated; the code that uses the table is in `templ
 from collections.abc import Iterator
 
 from motorcade.errors import Phrase
+from motorcade.words import request
 from motorcade.words.field import WORD_BITS, Field, WordFormat
-from motorcade.words.formats import FORMATS
+from motorcade.words.formats import DRIVE, FORMATS, FRAME, SWITCHES
+from motorcade.words.receiver import READBACK_HEADER
+from motorcade.words.request import ASK, BLINK, GO, NAME, STOP
 
 from .fields import FILE_STEM, fingerprint_text
 from .templates import filled_template
 
 # The TCP port on which a car listens for drive commands by default.
 DRIVE_PORT = 5005
-_STREAMS = {"drive": DRIVE_PORT}
-# The user link type of captured packets that hold words, one behind the other.
-_USER_LINKS = {"frame": 1}
-_PARTS_OF_IMAGES = ("header", "control")
+# What a request asks, by its kind.
+_KINDS = {ASK: "who are you", BLINK: "blink", NAME: "take a name", STOP: "stop", GO: "go"}
 _USE = f"""\
 -- Drive commands are found on TCP port {DRIVE_PORT}, captured images in packets of link type USER0 (147), infrared
 -- frames in packets of link type USER1 (148), and uploads or frames over TCP where you say so:
@@ -32,8 +33,9 @@ def wireshark() -> str:
         FILE=f"{FILE_STEM}.lua",
         USE=_USE,
         FORMATS="\n".join(_format(word_format) for word_format in FORMATS),
-        STREAMS=", ".join(_stream(each.name) for each in FORMATS if each.name not in _PARTS_OF_IMAGES),
+        STREAMS="\n".join(_streams()),
         BAD=", ".join(_bad()),
+        **_requests(),
     )
 
 
@@ -44,9 +46,35 @@ def _bad() -> Iterator[str]:
     yield f"reserved = {_lua(str(Phrase('bad-reserved', field='%s', value='%d', needs='%s')))}"
 
 
-def _stream(name: str) -> str:
-    link = f", user_link = {_USER_LINKS[name]}" if name in _USER_LINKS else ""
-    return f'{{ name = "{name}", port = {_STREAMS.get(name, 0)}{link} }}'
+def _streams() -> Iterator[str]:
+    """Yield the streams of words. All drive commands go to one port, and the user link type 1 holds captured frames."""
+    formats = [DRIVE]
+    for switch in SWITCHES:
+        if switch.word_format not in formats:
+            formats.append(switch.word_format)
+    names = ", ".join(_lua(word_format.name) for word_format in formats)
+    codes = tuple(code for word_format in formats for code in word_format.field("code").only)
+    allowed = _lua(str(Field("code", 31, 28, "", only=codes).allowed))
+    yield f'  {{ name = "{DRIVE.name}", formats = {{ {names} }}, codes = {allowed}, port = {DRIVE_PORT} }},'
+    yield f'  {{ name = "{FRAME.name}", formats = {{ "{FRAME.name}" }}, port = 0, user_link = 1 }},'
+
+
+def _requests() -> dict[str, str]:
+    """Return where the parts of requests are, and what their kinds mean."""
+    numbers = {
+        "READBACK_REQUEST": READBACK_HEADER,
+        "CHECK_HEADER": request.CHECK_HEADER,
+        "CHECK_BYTES": request.CHECK_BYTES,
+        "CHECK_MARKS": request.MARKS,
+        "CHECK_BYTE_AT": request.PAYLOAD_AT,
+        "REQUEST_HEADER": request.REQUEST_HEADER,
+        "REQUEST_BYTES": request.REQUEST_BYTES,
+        "KIND_AT": request.KIND_AT,
+        "NAME_AT": request.SUM_AT - request.NAME_BYTES,
+        "SUM_AT": request.SUM_AT,
+    }
+    kinds = ", ".join(f"{kind} = {_lua(meaning)}" for kind, meaning in _KINDS.items())
+    return {name: str(number) for name, number in numbers.items()} | {"KINDS": kinds}
 
 
 def _format(word_format: WordFormat) -> str:

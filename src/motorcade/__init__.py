@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from motorcade.words.formats import DRIVE as DRIVE
     from motorcade.words.formats import FRAME as FRAME
     from motorcade.words.formats import HEADER as HEADER
+    from motorcade.words.formats import LIGHTS as LIGHTS
 
 # Written by scripts/generate.py from motorcade.devices; don't edit.
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ _MODULES = {
     "motorcade.runs.running": ("simulate",),
     "motorcade.engine.world": ("World",),
     "motorcade.words.field": ("WordError",),
-    "motorcade.words.formats": ("CONTROL", "DRIVE", "FRAME", "HEADER"),
+    "motorcade.words.formats": ("CONTROL", "DRIVE", "FRAME", "HEADER", "LIGHTS"),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 __all__ = ["__version__", *sorted(_MODULE_OF)]

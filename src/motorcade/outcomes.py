@@ -14,6 +14,8 @@ VERIFICATION = 6
 PORT_FORBIDDEN = 7
 REFUSED = 8
 WENT_AWAY = 9
+# By Ctrl-C: 128 and the number of the signal, as shells have it.
+STOPPED = 130
 # The status of all other errors.
 BAD_REQUEST = 400
 
@@ -25,15 +27,21 @@ EXIT_CODES: _Rows = (
     (PORT_NOT_FOUND, ("infrared-sender-fails", "camera-driver-missing", "no-camera", "no-picture")),
     (PORT_NOT_FOUND, ("camera-gives-no-answer", "too-many-viewers", "no-such-host", "no-car-there", "speaks-no-tls")),
     (PORT_NOT_FOUND, ("no-port-named", "not-a-port-name", "no-such-port", "no-car-found", "no-serial-port")),
-    (PORT_NOT_FOUND, ("no-car-at-address", "no-car-at-port", "no-such-car", "no-cars-found")),
+    (
+        PORT_NOT_FOUND,
+        ("port-fails",),
+    ),
+    (PORT_NOT_FOUND, ("no-telemetry", "no-car-at-address", "no-car-at-port", "no-such-car", "no-cars-found")),
     (PORT_BUSY, ("cannot-listen", "port-busy", "car-busy")),
     (NO_ANSWER, ("no-micropython-answers", "no-answer", "takes-no-bytes", "nothing-to-read", "car-away")),
+    (NO_ANSWER, ("no-answer-at-address", "runs-something-else")),
     (VERIFICATION, ("installed-file-differs", "not-trusted", "mismatch", "no-image")),
     (PORT_FORBIDDEN, ("gpio-forbidden", "port-forbidden")),
     (REFUSED, ("another-chip", "old-micropython", "board-has-no-room", "install-failed", "refuses", "keys-refused")),
     (REFUSED, ("another-drives", "is-stopped", "refused", "car-old-protocol", "car-keeps-no-name", "car-refuses")),
-    (REFUSED, ("car-keys-refused", "car-only-drives")),
-    (WENT_AWAY, ("install-cut-off", "hung-up", "away", "takes-no-requests", "went-away")),
+    (REFUSED, ("car-keys-refused", "car-takes-no-keys", "car-only-drives")),
+    (WENT_AWAY, ("install-cut-off", "hung-up", "away", "takes-no-requests", "went-away", "says-nothing")),
+    (WENT_AWAY, ("port-broke", "connection-broke")),
 )
 HTTP_STATUSES: _Rows = (
     (401, ("token-needed", "class-session-needed", "teacher-session-needed")),
@@ -47,7 +55,7 @@ HTTP_STATUSES: _Rows = (
     (409, ("not-yours", "no-such-connection", "not-a-request", "too-long", "nickname-taken", "nickname-reserved")),
     (409, ("class-full", "class-frozen", "mat-is-closed", "mat-is-full", "mat-is-empty", "too-many-handed-out")),
     (409, ("at-too-many-cars", "car-out-of-reach", "damaged-version", "not-at-car", "project-exists")),
-    (409, ("saved-elsewhere", "in-a-pair-already", "not-in-a-pair")),
+    (409, ("no-telemetry", "says-nothing", "saved-elsewhere", "in-a-pair-already", "not-in-a-pair")),
     (413, ("body-too-large",)),
     (429, ("too-many-attempts", "gives-too-often", "requests-too-fast")),
     (500, ("browser-fault", "cant-delete", "cant-read", "cant-save", "class-not-stored", "undone-meanwhile")),

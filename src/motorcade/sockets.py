@@ -10,6 +10,7 @@ from motorcade.errors import MotorcadeError
 # Where a car that is driven takes commands, unless somebody chooses another port.
 DRIVE_PORT = 5005
 
+LAST_PORT = 65535
 # What most systems allow without a question; macOS begins with 256.
 _FILES = 1024
 
@@ -24,9 +25,16 @@ def host_and_port(address: str, default_port: int | None = None) -> tuple[str, i
     if default_port is not None and (not colon or port.endswith("]") or (":" in host and not host.endswith("]"))):
         host, port = address, str(default_port)
     host, least = host.strip("[]"), 0 if default_port is None else 1
-    if not host or not re.fullmatch("[0-9]{1,5}", port) or not least <= int(port) <= 65535:
+    if not host or not re.fullmatch("[0-9]{1,5}", port) or not least <= int(port) <= LAST_PORT:
         raise MotorcadeError("not-host-and-port" if default_port is None else "not-a-car", address=address)
     return host, int(port)
+
+
+def port_behind(port: int) -> int:
+    """Return the next port, at which a car sends telemetry unless another is named. Raises MotorcadeError."""
+    if port >= LAST_PORT:
+        raise MotorcadeError("no-port-behind", port=port)
+    return port + 1
 
 
 def listen(host: str, port: int) -> socket.socket:

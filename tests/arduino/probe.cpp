@@ -78,6 +78,15 @@ Probe *probe_new(uint8_t is_leader, uint32_t number, const uint8_t *content) {
 }
 
 void probe_free(Probe *probe) { delete probe; }
+void probe_room(int room) { Serial.set_room(room); }
+
+// A line of a core without availableForWrite.
+uint16_t room_without_method(void) {
+  struct {
+  } line;
+  return motorcade::SerialRoom().of(line);
+}
+
 void probe_tick(Probe *probe) { probe->car.tick(); }
 void probe_come(const uint8_t *data, uint32_t count) { Serial.come(data, count); }
 void probe_memory(Probe *probe, uint8_t *content) { memcpy(content, probe->board.ram.bytes, sizeof(probe->board.ram.bytes)); }

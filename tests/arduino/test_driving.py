@@ -96,7 +96,9 @@ def shown(chip: Chip) -> tuple[int, int, int]:
     assert left == right
     levels = (portd >> 7 & 1, portb & 1, portb >> 1 & 1, portb >> 2 & 1)
     direction = {(1, 0, 1, 0): FORWARD, (0, 1, 1, 0): LEFT, (1, 0, 0, 1): RIGHT, (0, 0, 0, 0): FORWARD}[levels]
-    return direction, DUTIES.index(left), {0: NO_LED, 1: 0, 2: 1, 4: 2, 8: 3}[portc & 15]
+    # LED 3 is at D13.
+    lit = portc & 7 | portb >> 2 & 8
+    return direction, DUTIES.index(left), {0: NO_LED, 1: 0, 2: 1, 4: 2, 8: 3}[lit]
 
 
 def word(direction: int, speed: int, led: int, seconds: int = 3) -> int:
@@ -171,7 +173,7 @@ STOP, GO = b"\xaa\x01", b"\xaa\x02"
 VOICE_BAUD = 9600
 # PC5 is A5, PB4 is D12, PD3 is D3, PC4 is A4, PB5 is D13.
 VOICE_PIN, PIR_PIN, ECHO_PIN = ("C", 5), ("B", 4), ("D", 3)
-LEFT_FLOOR_PIN, RIGHT_FLOOR_PIN = ("C", 4), ("B", 5)
+LEFT_FLOOR_PIN, RIGHT_FLOOR_PIN = ("C", 4), ("C", 3)
 US_A_MM = 2000 / 343
 DRIVES, TURNS_RIGHT, STILL = (FORWARD, 2, NO_LED), (RIGHT, 2, NO_LED), (FORWARD, 0, NO_LED)
 # Along a line at level 2 for 3 s, listening, looking for persons, and avoiding what is nearer than 200 mm.

@@ -19,7 +19,7 @@ from motorcade.firmware.arduino_library import library_folder
 from motorcade.words.image import words_to_bytes
 from motorcade.words.infrared import frame_durations_us, to_frame
 from motorcade.words.request import car_request, check_request
-from motorcade.words.upload import READBACK_REQUEST
+from motorcade.words.upload import READBACK_REQUEST, ok_line
 from support.emulated_uploads import image_of
 from support.strategies import CLASSROOM
 
@@ -224,6 +224,28 @@ def test_bytes_of_a_slow_line_come_from_its_edges(plain, data, jitter_us, baud, 
         came.append(read)
     assert bytes(came) == data
     plain.line_free(line)
+
+
+@pytest.mark.parametrize("rooms", [[0], [63, 0, 0, 5], [1]])
+def test_a_car_answers_whatever_its_core_says_about_room(plain, rooms) -> None:
+    probe = Probe(plain, is_leader=True)
+    plain.probe_come(READBACK_REQUEST + image_of(9), 40)
+    sent = b""
+    for tick in range(300):
+        room = rooms[tick % len(rooms)]
+        plain.probe_room(room)
+        probe.tick(10 + tick)
+        came = probe.sent()
+        # In a core that always says 0 a byte at a time has to do; where it tells the room, no write waits.
+        assert len(came) <= (max(room, 1) if len(rooms) == 1 else room)
+        sent += came
+    assert sent == bytes(4) + ok_line(image_of(9))
+    plain.probe_room(63)
+    probe.close()
+
+
+def test_a_core_without_the_method_gets_a_byte_at_a_time(plain) -> None:
+    assert plain.room_without_method() == 1
 
 
 def test_a_cell_that_keeps_nothing_is_found_and_the_old_image_stays(plain) -> None:

@@ -7,7 +7,16 @@ from types import SimpleNamespace
 
 import pytest
 
-from motorcade.boards.computer import ComputerBoard, Equipment, HardwareWatchdog, ImageStore, StoreError, run, run_many
+from motorcade.boards.computer import (
+    ComputerBoard,
+    Equipment,
+    HardwareWatchdog,
+    ImageStore,
+    StoreError,
+    run,
+    run_many,
+    sealed,
+)
 from motorcade.boards.lines import WaitingLine
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.config.profile import levels_of
@@ -108,7 +117,7 @@ def test_a_store_keeps_the_cars_name_and_gives_none_that_no_car_may_have(store):
     assert store.load_name() == ""
     store.save_name("ada")
     assert ImageStore(store.path).load_name() == "ada"
-    for content in (b"a" * 200, b"ada\n", b"\xff"):
+    for content in (*map(sealed, (b"a" * 200, b"ada\n", b"\xff")), b"ada", sealed(b"ada").replace(b"d", b"e")):
         store.path.with_name("store.image.name").write_bytes(content)
         assert store.load_name() == ""
 
@@ -128,7 +137,13 @@ def test_a_crash_between_writing_and_replacing_leaves_the_old_image(store, monke
 
 @pytest.mark.parametrize(
     ("content", "says"),
-    [(b"", "the image is empty"), (OLD[:-4], "cut off"), (b"notes\n", "no whole number"), (NEW + NEW, "too long")],
+    [
+        *[(content, "checksum") for content in (b"", OLD, b"notes\n", sealed(OLD)[:-1], sealed(OLD) + b"\0")],
+        (sealed(b""), "the image is empty"),
+        (sealed(OLD[:-4]), "cut off"),
+        (sealed(b"notes\n"), "no whole number"),
+        (sealed(NEW + NEW), "too long"),
+    ],
 )
 def test_a_file_that_is_no_image_is_refused_and_kept(store, content, says):
     store.path.parent.mkdir()
@@ -138,6 +153,17 @@ def test_a_file_that_is_no_image_is_refused_and_kept(store, content, says):
     assert str(store.path) in str(raised.value)
     assert "--store" in str(raised.value)
     assert store.path.read_bytes() == content
+
+
+def test_an_image_with_one_flipped_bit_is_not_run(store):
+    store.save(OLD)
+    whole = store.path.read_bytes()
+    for bit in range(8 * len(whole)):
+        flipped = bytearray(whole)
+        flipped[bit // 8] ^= 1 << bit % 8
+        store.path.write_bytes(flipped)
+        with pytest.raises(StoreError, match="checksum"):
+            store.load()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such watchdog")

@@ -114,7 +114,7 @@ def test_a_serial_port_of_the_browser_works_both_ways(open_page, tmp_path) -> No
         expect(dialog.get_by_role("status")).to_contain_text("Verified: the car holds this program.")
         dialog.get_by_role("button", name="Read back").click()
         expect(dialog.get_by_role("status")).to_contain_text("The car sent back 4 words.")
-    assert (tmp_path / "image").read_bytes().hex() == "".join(WORDS)
+    assert ImageStore(tmp_path / "image").load().hex() == "".join(WORDS)
 
     # Nobody answers any more, and then somebody pulls the cable.
     dialog.get_by_role("button", name="Read back").click()

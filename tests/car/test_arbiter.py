@@ -186,6 +186,16 @@ def test_after_a_stall_nothing_old_counts(car: Arbiter, before: str) -> None:
     assert car.command(1, STILLS[1], 260) == APPLIED
 
 
+@pytest.mark.parametrize(("before", "after"), [("ready", "ready"), ("standing", "failsafe"), ("program", "failsafe")])
+def test_a_delay_of_a_car_that_stands_and_nobody_drives_needs_no_arming(car: Arbiter, before: str, after: str) -> None:
+    if before == "program":
+        car.resume(1, 0)
+    if before == "standing":
+        car.command(1, STILLS[1], 0)
+    car.delay()
+    assert state(car) == after
+
+
 def test_the_table_has_each_case_once_and_leads_somewhere() -> None:
     cases = [(state, event) for state, event, _ in TABLE]
     assert len(set(cases)) == len(cases)

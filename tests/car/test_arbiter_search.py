@@ -27,7 +27,7 @@ def every_event() -> Iterator[tuple[str, int, int]]:
     for session in SEARCHED_SESSIONS:
         for event in ("move", "still", "switch", "request", "release", "gone", "resume"):
             yield event, session, 0
-    for event in ("stop", "clear", "stall", "low", "charged"):
+    for event in ("stop", "clear", "stall", "delay", "low", "charged"):
         yield event, 1, 0
     yield "wait", 1, 1
 

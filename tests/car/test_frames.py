@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from motorcade.car import brain, frames, step
 from motorcade.words.formats import CONTROL
-from motorcade.words.infrared import tag_of, tagged_frame, to_frame
+from motorcade.words.infrared import slot_tags, tag_of, tagged_frame, to_frame
 from support.radio_hall import DWELL_MS, FORGET_MS, LEVELS, QUIET_WORD, WORDS, Hall, RadioCar, follower, image
 
 
@@ -253,6 +253,29 @@ def test_a_wrong_check_is_counted_by_itself():
     car = follower(tagged_frame(WORDS[0], 5) ^ 0b11 << 20)
     assert car.began == []
     assert car.memory[brain.LOST_CHECK] == 1
+
+
+# Its frames with the tags 19 and 31 end as a remote control's do.
+LIKE_REMOTE = CONTROL.encode(accept_ir=1, forward=1, motor_enable=1, motor_direction=2, motor_speed=3, motor_duration=3)
+
+
+@pytest.mark.parametrize("frame", [tagged_frame(LIKE_REMOTE, 19), tagged_frame(LIKE_REMOTE, 31), 0x807F_E01F, 0x04FB])
+def test_a_frame_that_ends_like_a_remote_controls_is_refused_and_counted_by_itself(frame):
+    car = follower(frame)
+    assert car.began == []
+    lost = [car.memory[place] for place in (brain.LOST_PARITY, brain.LOST_RESERVED, brain.LOST_CHECK)]
+    assert (car.memory[brain.LOST_REMOTE], lost) == (1, [0, 0, 0])
+
+
+@pytest.mark.parametrize("words", [(LIKE_REMOTE,), (LIKE_REMOTE, WORDS[1])])
+def test_no_slot_is_lost_by_a_word_that_looks_like_a_remote_control(words):
+    others = [RadioCar(1), RadioCar(2)]
+    Hall(RadioCar(0, image(words)), *others).run(70 * DWELL_MS)
+    tags = slot_tags(words, 70)
+    assert tags != [slot % 31 + 1 for slot in range(70)]
+    for car in others:
+        assert begun_words(car) == list(enumerate(tags))
+        assert [word for _, word, _ in car.began] == [words[slot % len(words)] for slot in range(70)]
 
 
 def test_bare_and_tagged_leaders_in_one_hall():

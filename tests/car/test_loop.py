@@ -9,6 +9,8 @@ from motorcade.car import brain
 from motorcade.car.board import Board
 from motorcade.car.loop import Car
 from motorcade.config.profile import levels_of
+from motorcade.words.receiver import MOST_WORDS
+from motorcade.words.request import NAME, car_request
 from support.strategies import CLASSROOM
 from support.timelines import Moment
 
@@ -159,3 +161,36 @@ def test_a_slow_leader_stores_no_image_while_it_sends() -> None:
         car.tick()
         assert not board.is_busy or board.image == bytes(4)
     assert board.image == compile_program(Program([forward(2)])).image
+
+
+class QuickBoard(SlowBoard):
+    """A leader that drives when an image comes, and a name; its store notes whether the wheels turn meanwhile."""
+
+    is_leader = True
+    words_a_tick = MOST_WORDS
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.image, self.is_busy = compile_program(Program([forward(3)])).image, False
+        self.coming, self.later = b"", self.coming + car_request(NAME, 1, "ada")
+        self.stored: list[tuple[int, int]] = []
+
+    def store_image(self, data: bytes) -> None:
+        self.stored.append(self.shown[0])
+
+    def store_name(self, name: str) -> None:
+        self.stored.append(self.shown[0])
+
+
+def test_the_wheels_stand_while_something_is_stored_and_drive_on_then() -> None:
+    """A store on a bad card takes seconds, in which nothing else would stop them."""
+    board = QuickBoard()
+    car = Car(board)
+    for board.clock_ms in (0, 4):
+        car.tick()
+    assert board.shown[0] == DRIVES
+    board.coming = board.later
+    for board.clock_ms in (8, 12):
+        car.tick()
+    assert board.stored == [(0, 0), (0, 0)]
+    assert board.shown[0] == DRIVES

@@ -4,8 +4,11 @@ import shutil
 
 import pytest
 
+from motorcade.classroom import running
+from motorcade.classroom.folder import ClassFolder
 from motorcade.classroom.room import MOST_OF_AN_ADDRESS
 from support.class_page import FIRST_KEY, PASSWORD, class_room
+from support.waiting import wait_until
 
 
 @pytest.fixture
@@ -116,3 +119,37 @@ def test_the_teacher_is_signed_out_after_a_day_or_by_choice(room, now):
     assert other.ask("teacher/settings") == "teacher-session-needed"
     now[0] += 13 * 3600
     assert room.teacher.ask("teacher/settings") == "teacher-session-needed"
+
+
+def test_no_clock_that_is_set_signs_the_teacher_out_or_keeps_the_teacher_in(tmp_path, monkeypatch):
+    monkeypatch.setattr(running, "_TICK_S", 0.01)
+    now, set_s = [100.0], [1_800_000_000.0]
+    clocks = {"clock": lambda: now[0], "unix_s": lambda: now[0] + set_s[0]}
+
+    def is_in(browser):
+        return browser.ask("teacher/about")["signed_in"]
+
+    with class_room(tmp_path, **clocks) as room:
+        for jump_s in (-1e9, 2e9, 3600.0, 0.0):
+            set_s[0] += jump_s
+            assert is_in(room.teacher)
+        now[0] += 12 * 3600 - 1
+        assert is_in(room.teacher)
+        now[0] += 1
+        assert not is_in(room.teacher)
+        # The browser, whose clock may be set as well, has no say in it.
+        signs = room.teacher.client.post("/api/teacher/sign-in", content=f'{{"password": "{PASSWORD}"}}')
+        assert "max-age=31536000" in signs.headers["set-cookie"].lower()
+        cookies = dict(room.teacher.client.cookies)
+        # The file follows the clock, so a server that starts again knows it as well.
+        set_s[0] += 1e8
+        kept = lambda: ClassFolder(tmp_path).load(lambda below: 0).sign_ins[-1].until_s  # noqa: E731
+        wait_until(lambda: kept() == now[0] + set_s[0] + 12 * 3600)
+    # While nothing runs, only the clock of the computer tells how much time passes.
+    for passed_s, stays in ((3600.0, True), (-1e8, True), (1e8 + 12 * 3600, False)):
+        set_s[0] += passed_s
+        with class_room(tmp_path, first_key=None, files=ClassFolder(tmp_path), **clocks) as room:
+            again = room.browser()
+            again.client.cookies.update(cookies)
+            assert is_in(again) is stays
+            now[0] += 60.0

@@ -1,7 +1,7 @@
 """Real cars in the room: one pupil drives each, and the teacher stops all."""
 
 import asyncio
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 
 from starlette.testclient import TestClient
@@ -89,6 +89,20 @@ def test_a_pupil_drives_in_turn_and_gives_the_car_back():
         his.drive("red", throttle=0.5)
         assert cars.asked[-1] == ("red", 0.5)
         turned_away(hers)
+
+
+def test_a_page_that_leaves_leaves_each_of_its_cars_although_one_fails(monkeypatch):
+    room, cars, leave = with_pupils("Mia", cars=["red", "blue"]), Cars("red", "blue"), Control.leave
+
+    def fails(control):
+        leave(control)
+        raise OSError("no network")
+
+    monkeypatch.setattr(Control, "leave", fails)
+    with suppress(OSError), pages(room, cars, "01") as (hers,):
+        hers.send("join", car="blue")
+        hers.until("telemetry", lambda told: len(told["cars"]) == 2)
+    assert {car for car, did in cars.asked if did == "leave"} == {"red", "blue"}
 
 
 @mock_clock

@@ -1,8 +1,10 @@
-"""`motorcade` on a Raspberry Pi whose pins are gpiozero's mock ones; run by test_serve_real_car.py.
+"""`motorcade` on a Raspberry Pi whose pins are gpiozero's mock ones; run by test_serve_real_car.py and others.
 
-``noted_pi_car.py FILE ARGUMENTS``: what its pins show is appended to FILE, such as ``GPIO12 255``.
+``noted_pi_car.py FILE ARGUMENTS``: what its pins show is appended to FILE, such as ``GPIO12 255``; and ``rescued 0`` by
+the guard of `motorcade car run`, where it had to stop the wheels.
 """
 
+import os
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +21,10 @@ CLASSROOM = profile.built_in_profile("classroom")
 PATIENT = replace(CLASSROOM.drive, watchdog_ms=30_000, failsafe_ms=40_000, hand_over_ms=60_000)
 
 
+# For the guard, a process of its own.
+os.environ["PYTHONPATH"] = os.pathsep.join([str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
+
+
 class NotedPin(MockPWMPin):
     """A pin that writes each change to FILE."""
 
@@ -32,6 +38,7 @@ class NotedPin(MockPWMPin):
 
 with (
     mock.patch.object(raspberry_pi, "open_gpio", return_value=MockFactory(pin_class=NotedPin)),
+    mock.patch.object(raspberry_pi, "rescue_call", return_value=("support.guarded_car:note_rescue", (str(FILE),))),
     # On a busy machine a driver may be late for longer than a profile allows.
     mock.patch.object(profile, "load_profile", return_value=replace(CLASSROOM, drive=PATIENT)),
 ):

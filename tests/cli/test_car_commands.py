@@ -71,13 +71,47 @@ def test_a_project_names_its_profile_so_the_option_may_name_no_other(tmp_path):
     assert data("simulate", own, *options, tmp_path / "fast.toml")["cars"]
 
 
+@pytest.fixture
+def walled(tmp_path):
+    """A project whose leader drives at a wall of the project's own mat."""
+    mat = {"format": "motorcade-mat/1", "name": "Walled", "size_m": [8, 4]}
+    mat |= {"wall": [{"from_m": [2, 0], "to_m": [2, 4]}], "car": [{"at_m": [1, 2], "role": "leader"}]}
+    steps = [{"drive": {"direction": "forward", "speed": 3, "seconds": 3}}]
+    view = {"range_mm": 1234}
+    path = tmp_path / "walled.motorcade.json"
+    project = {"format": "motorcade-program/1", "leader": steps, "mat": mat, "view": view}
+    path.write_text(json.dumps(project), encoding="utf-8")
+    return path
+
+
+def test_a_project_is_simulated_on_its_own_mat_unless_another_is_named(walled, tmp_path):
+    assert data("simulate", walled, "--seconds", "20")["cars"][0]["x"] < 2
+    assert "'Walled'" in run("simulate", walled, "--seconds", "1").out
+    recorded = tmp_path / "run.mcap"
+    run("simulate", walled, "--seconds", "1", "--record", recorded)
+    about = json.loads(run("replay", recorded, "--json").out.splitlines()[0])
+    assert about["profile"]["infrared"]["range_mm"] == 1234
+    # Its mat can be used for another program.
+    assert data("simulate", PARADE, "--mat", walled, "--seconds", "20")["cars"][0]["x"] < 2
+    pillars = data("simulate", walled, "--mat", MATS / "pillars.toml", "--seconds", "1")
+    assert len(pillars["cars"]) > 1
+    assert "without a mat of its own" in refusal(2, "simulate", walled, "--mat", PARADE)
+
+
+def test_what_does_not_use_a_projects_own_mat_says_so(walled):
+    ran = run("simulate", walled, "--followers", "2", "--seconds", "20", "--json")
+    assert "the project's own mat 'Walled' is not used" in ran.err
+    assert json.loads(ran.out)["cars"][0]["x"] > 2
+    assert "the project's mat 'Walled' is not used" in run("check", "forward-and-stop", walled).err
+
+
 def test_simulate_drives_on_a_mat_and_records_the_run(tmp_path):
     recording = tmp_path / "run.mcap"
-    ran = run("simulate", PARADE, "--mat", MATS / "pillars.toml", "--seconds", "1", "--record", recording)
+    ran = run("simulate", PARADE, "--mat", MATS / "pillars.toml", "--seconds", "1", "--record", recording, "--json")
     told = json.loads(ran.out)
     assert len(told["cars"]) > 6
     assert told["counts"]["frames"] > 0
-    lines = run("replay", recording).out.splitlines()
+    lines = run("replay", recording, "--json").out.splitlines()
     assert json.loads(lines[0])["mat"]["name"] != "open table"
 
 

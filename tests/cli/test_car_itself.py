@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+from motorcade.boards.computer import ImageStore
 from support.command_line import Terminal, data, refusal, run, started
 from support.waiting import DEADLINE_S
 
@@ -62,7 +63,7 @@ def test_a_simulated_leader_stores_a_program_in_place_of_a_damaged_one_and_runs_
         leader.process.kill()
         (said,) = leader.process.stderr.read().splitlines()
         assert "begins without a program and waits for an upload" in said
-    assert (tmp_path / "car.image").read_bytes() == IMAGE
+    assert ImageStore(tmp_path / "car.image").load() == IMAGE
     with car(tmp_path) as again:
         assert again.begin["port"] == ""
         assert again.until("state")["word"] == 0x60802000
@@ -75,7 +76,7 @@ def test_a_follower_stores_an_image_and_does_not_run_it(tmp_path):
             upload(follower.begin["port"])
         # A leader would print a state after each image.
         assert [json.loads(follower.process.stdout.readline())["kind"] for _ in range(2)] == ["image", "image"]
-    assert (tmp_path / "car.image").read_bytes() == IMAGE
+    assert ImageStore(tmp_path / "car.image").load() == IMAGE
 
 
 @posix_only

@@ -1,6 +1,7 @@
 """The commands for many cars: their JSON and exit codes, and an uploader that is killed."""
 
 import json
+import os
 import sys
 
 import pytest
@@ -67,10 +68,10 @@ def test_an_upload_that_some_cars_miss_ends_with_their_code(tmp_path):
     away = ("gone", "127.0.0.1:1")
     with simulated_cars(1) as cars:
         room = listed(tmp_path, cars, away)
-        ran = run("upload", image_file(tmp_path, SECOND), "--to", "all", "--list", room, "--seconds", "2")
+        ran = run("upload", image_file(tmp_path, SECOND), "--to", "all", "--list", room, "--seconds", "2", "--json")
         assert ran.code == 5
         assert {each["car"]: each["holds"] for each in json.loads(ran.out)} == {"car-0": "new", "gone": "away"}
-        ran = run("cars", "stop", "--list", room, "--seconds", "1")
+        ran = run("cars", "stop", "--list", room, "--seconds", "1", "--json")
         assert (ran.code, json.loads(ran.out)["missing"]) == (5, ["gone"])
 
 
@@ -80,9 +81,9 @@ def test_what_was_typed_wrong_is_a_sentence(tmp_path):
     for command in (("name", "COM7", "x"), ("blink", "COM7")):
         assert "There is no port COM7. Is the cable in?" in refusal(3, "cars", *command)
     room = listed(tmp_path, [], ("ada", "COM7"))
-    ran = run("cars", "stop", "--list", room, "--seconds", "0.5")
+    ran = run("cars", "stop", "--list", room, "--seconds", "0.5", "--json")
     assert (ran.code, json.loads(ran.out)) == (5, {"cars": 1, "missing": ["ada"]})
-    (verdict,) = json.loads(run("upload", program, "--to", "all", "--list", room, "--seconds", "1").out)
+    (verdict,) = json.loads(run("upload", program, "--to", "all", "--list", room, "--seconds", "1", "--json").out)
     assert (verdict["holds"], verdict["error"]["code"]) == ("away", "no-such-port")
     assert "No car was found" in refusal(3, "upload", program, "--to", "all", "--seconds", "1")
     assert "--to and --port exclude" in refusal(2, "upload", program, "--to", "all", "--port", "COM3")
@@ -91,6 +92,24 @@ def test_what_was_typed_wrong_is_a_sentence(tmp_path):
     assert "for simulated cars" in refusal(2, "car", "run", "--board", "simulated", "--count", "2", "--port", "P")
     (tmp_path / "cars.toml").write_text("ada = 1", encoding="utf-8")
     assert "ada has to be text" in refusal(2, "cars")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="FIFOs, and names that are no UTF-8")
+def test_what_lies_in_the_current_folder_neither_ends_nor_hangs_the_command(tmp_path):
+    """Its programs are read unasked. Nobody writes into the FIFO."""
+    (tmp_path / "d.image").mkdir()
+    os.mkfifo(tmp_path / "f.image")
+    (tmp_path / "gone.image").symlink_to("nowhere")
+    (tmp_path / "zero.image").symlink_to("/dev/zero")
+    (tmp_path / os.fsdecode(b"\xff.image")).write_bytes(SECOND)
+    with simulated_cars(1, image=SECOND) as cars:
+        (row,) = data("cars", "--list", listed(tmp_path, cars))
+    assert row["program"] == os.fsdecode(b"\xff")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX's devices")
+def test_a_list_without_an_end_is_refused():
+    assert "16 MiB" in refusal(2, "cars", "--list", "/dev/zero")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")

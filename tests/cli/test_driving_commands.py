@@ -1,17 +1,23 @@
 """The commands drive connect, drive send and drive keys, against a running car."""
 
+import shlex
 import signal
+import socket
+import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
+from motorcade.cli.options import own_folder
 from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.keys import server_context
-from support.command_line import Terminal, data, refusal, run
+from support.command_line import INSTALLED, Terminal, data, refusal, run
 from support.driven_car import NEUTRAL, PATIENT, DrivenCar, deaf_port
 from support.terminal_process import terminal
-from support.waiting import wait_until
+from support.waiting import DEADLINE_S, wait_until
 
+PINS = Path(__file__).parents[2] / "firmware" / "linux" / "pins.toml"
 UP, DOWN, LEFT = b"\x1b[A", b"\x1b[B", b"\x1b[D"
 
 posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
@@ -32,6 +38,60 @@ def moved(car):
     """The setpoints that moved the wheels, without repetitions."""
     setpoints = [setpoint for _, setpoint in car.board.notes if setpoint[2]]
     return [each for number, each in enumerate(setpoints) if each not in setpoints[number - 1 : number]]
+
+
+# addresses and ports
+
+
+def test_a_car_without_telemetry_is_driven_by_its_commands_alone(car):
+    ran = run("drive", "send", f"drive://127.0.0.1:{car.port}", "--telemetry-port", "0", "throttle=1,seconds=0.3")
+    assert (ran.code, ran.err) == (0, "")
+    assert moved(car) == [(90, 1, 255)]
+    wait_until(lambda: car.board.setpoint == NEUTRAL)
+
+
+@pytest.mark.parametrize(
+    ("code", "arguments", "says"),
+    [
+        (2, ("send", "127.0.0.1:65535", "throttle=1"), "no port behind 65535"),
+        (2, ("serve", "--port", "65535"), "no port behind 65535"),
+        (2, ("send", "drive://127.0.0.1:0", "throttle=1"), "127.0.0.1:0"),
+    ],
+)
+def test_a_port_that_cannot_be_is_named(code, arguments, says):
+    assert says in refusal(code, "drive", *arguments)
+
+
+def test_the_sentence_names_the_port_at_which_no_telemetry_comes(car, monkeypatch):
+    monkeypatch.setattr("motorcade.drive.client.PATIENCE_S", 0.3)
+    with deaf_port() as port:
+        where = (f"127.0.0.1:{car.port}", "--telemetry-port", port)
+        assert f"no telemetry at port {port} (" in refusal(3, "drive", "send", *where, "throttle=1")
+    assert moved(car) == []
+
+
+def test_an_address_in_brackets_names_a_host_as_pages_show_it():
+    sentence = refusal(2, "drive", "serve", "--host", "[2001:db8::1]", "--port", "0")
+    assert "[" not in sentence
+    assert "2001:db8::1" in sentence
+
+
+@posix_only
+def test_an_empty_folder_of_settings_counts_as_none(monkeypatch, tmp_path):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    for folder in ("", "relative"):
+        monkeypatch.setenv("XDG_CONFIG_HOME", folder)
+        assert own_folder() == tmp_path / ".config" / "motorcade"
+
+
+@posix_only
+@pytest.mark.parametrize("arguments", [("--version",), ("ports",), ("car", "wiring", PINS), ("drive", "keys", "made")])
+def test_a_closed_standard_output_is_no_fault(arguments, tmp_path):
+    command = shlex.join([INSTALLED, *map(str, arguments)])
+    options = ["--driver", "lin"] if "keys" in arguments else []
+    shell = f"exec {command} {shlex.join(options)} >&-"
+    ran = subprocess.run(["sh", "-c", shell], stderr=subprocess.PIPE, cwd=tmp_path, timeout=DEADLINE_S, check=False)
+    assert (ran.returncode, ran.stderr) == (0, b"")
 
 
 # send
@@ -83,7 +143,7 @@ def test_an_invalid_address_is_a_usage_error(address):
 def test_without_a_car_the_exit_code_is_3(address, monkeypatch):
     monkeypatch.setattr("motorcade.drive.client.PATIENCE_S", 0.1)
     with deaf_port() as port:
-        monkeypatch.setattr("motorcade.cli.drive.DRIVE_PORT", port)
+        monkeypatch.setattr("motorcade.cli.options.DRIVE_PORT", port)
         assert f"{address.strip('[]')}:{port}" in refusal(3, "drive", "send", address, "throttle=0.1")
 
 
@@ -103,13 +163,18 @@ def test_keys_let_a_driver_drive_and_others_not(tmp_path, monkeypatch):
             answer = data("drive", "send", *at(car, "--keys", key), "throttle=0.2,seconds=0.2")
             assert answer["driver"].startswith(driver)
         # Nobody who is refused is refused later.
-        monkeypatch.setattr("motorcade.drive.client.PATIENCE_S", 0.3)
+        monkeypatch.setattr("motorcade.drive.client.PATIENCE_S", 2)
         sentence = refusal(6, "drive", "send", *at(car, "--keys", others / "driver-mallory.pem"), "throttle=0.5")
         assert "one folder of `motorcade drive keys`" in sentence
         assert "--keys" in refusal(9, "drive", "send", *at(car), "throttle=0.5")
         sentence = refusal(6, "drive", "send", *at(car, "--keys", key, "--car", "bob"), "throttle=0.5")
         assert "bob" in sentence
         assert {setpoint[2] for setpoint in moved(car)} == {51}
+
+
+def test_keys_of_a_folder_that_is_not_there_are_none(tmp_path):
+    for options in (("--list",), ("--revoke", "lin")):
+        assert f"no keys in {tmp_path / 'none'}" in refusal(2, "drive", "keys", tmp_path / "none", *options)
 
 
 def test_keys_that_cannot_be_made_or_read_are_usage_errors(tmp_path, car):
@@ -194,5 +259,19 @@ def test_keys_are_listed_and_revoked(tmp_path):
     assert "--revoke NAME_OR_SERIAL" in refusal(2, "drive", "keys", folder)
     assert "exclude each other" in refusal(2, "drive", "keys", folder, "--list", "--revoke", "lin")
     assert "eve" in refusal(2, "drive", "keys", folder, "--revoke", "eve")
-    assert "authority.pem" in refusal(2, "drive", "keys", tmp_path, "--list")
+    assert "no keys in" in refusal(2, "drive", "keys", tmp_path, "--list")
     assert "--keys" in refusal(2, "drive", "serve", "--port", "0", "--revoked", folder / "revoked.txt")
+
+
+@posix_only
+def test_ctrl_c_while_the_car_does_not_answer_is_quiet_and_ends_in_exit_code_130():
+    with socket.create_server(("127.0.0.1", 0)) as deaf:
+        deaf.settimeout(DEADLINE_S)
+        with terminal("drive", "connect", "127.0.0.1:1", "--telemetry-port", deaf.getsockname()[1]) as user:
+            line, _ = deaf.accept()
+            user.process.send_signal(signal.SIGINT)
+            assert user.process.wait(DEADLINE_S) == 130
+            while user.read():
+                pass
+            line.close()
+    assert user.seen.strip() in (b"", b"^C")

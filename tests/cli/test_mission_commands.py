@@ -2,12 +2,15 @@
 
 import csv
 import json
+import os
+import sys
 from pathlib import Path
 
 import pytest
 
 from motorcade.missions.document import LITERATURE, missions
-from support.command_line import Terminal, data, run
+from motorcade.missions.schema import GOALS, goal_schema, mission_schema
+from support.command_line import Terminal, data, refusal, run
 
 # A leader that must drive out of its box, and a program for it.
 MISSION = """\
@@ -64,7 +67,7 @@ def test_missions_lists_each_with_its_path_order_and_stars():
     assert all(
         {*each} == {"id", "name", "path", "order", "stars", "shortest"} and each["stars"] == 3 for each in listed
     )
-    assert json.loads(run("missions", "--language", "zh").out)[0]["name"] != listed[0]["name"]
+    assert json.loads(run("missions", "--language", "zh", "--json").out)[0]["name"] != listed[0]["name"]
     shown = run("missions", stdout=Terminal()).out
     assert [each["id"] for each in listed if each["id"] not in shown] == []
     assert ("–" in shown, "None" in shown) == (any(each["shortest"] is None for each in listed), False)
@@ -91,13 +94,31 @@ def test_check_counts_stars_and_says_when_and_why(mission, tmp_path):
     assert (goals["out-of-zone"]["met"], goals["out-of-zone"]["t_ms"]) == (True, 2600)
 
 
+@pytest.fixture
+def kind_without_judge(monkeypatch):
+    """A kind of goal that is declared and nothing else."""
+    with monkeypatch.context() as patched:
+        patched.setitem(GOALS, "dances", GOALS["no-touch"])
+        for schema in (goal_schema, mission_schema):
+            schema.cache_clear()
+        yield "dances"
+    for schema in (goal_schema, mission_schema):
+        schema.cache_clear()
+
+
+def test_a_kind_of_goal_that_nothing_judges_is_told_in_a_sentence(tmp_path, kind_without_judge):
+    path = tmp_path / "dances.toml"
+    path.write_text(f'{MISSION}\n[[goal]]\nkind = "dances"\n', encoding="utf-8")
+    assert "goals of the kind 'dances' can't be judged" in refusal(2, "check", path, project(tmp_path, FORWARD))
+
+
 def test_check_ends_with_1_where_no_star_is_earned(mission, tmp_path):
     standing = project(tmp_path, {"wait": {"seconds": 1}})
-    ran = run("check", mission, standing, "--language", "zh")
+    ran = run("check", mission, standing, "--language", "zh", "--json")
     assert ran.code == 1
     assert json.loads(ran.out)["goals"][1]["why"].startswith("小车 在")
     forbidden = project(tmp_path, FORWARD, {"led": {"which": 0, "seconds": 1}})
-    ran = run("check", mission, forbidden)
+    ran = run("check", mission, forbidden, "--json")
     assert (ran.code, json.loads(ran.out)["goals"][0]["why"]) == (
         1,
         "the program uses light; allowed are driving, waiting",
@@ -125,7 +146,7 @@ def test_check_takes_images_and_python_text_and_never_executes_it(mission, tmp_p
     text.write_text("from motorcade import *\nprogram = Program([forward(3)])\nif __name__ == '__main__':\n    1 / 0\n")
     run("compile", project(tmp_path, FORWARD), "-o", image)
     for program in (text, image):
-        assert json.loads(run("check", mission, program).out)["stars"] == 2
+        assert json.loads(run("check", mission, program, "--json").out)["stars"] == 2
 
 
 @pytest.mark.parametrize(
@@ -157,7 +178,7 @@ def test_search_saves_the_best_programs_and_a_picture_of_its_archive(mission, tm
     assert (ran.code, found["shortest"]) == (0, 1)
     assert found["best"][0]["grade"] == 1
     assert (folder / "archive.png").stat().st_size > 3000
-    checked = json.loads(run("check", mission, found["best"][0]["file"]).out)
+    checked = json.loads(run("check", mission, found["best"][0]["file"], "--json").out)
     assert (checked["stars"], checked["grade"]) == (2, 1)
     again = run("search", mission, "--runs", 100, "--output", folder, "--seed", 1)
     assert (again.code, "--seed" in again.err) == (2, True)
@@ -178,7 +199,7 @@ def test_check_of_a_folder_makes_a_table_and_a_page_whatever_lies_there(mission,
         (folder / name).write_text(text, encoding="utf-8")
     (folder.parent / "photo.png").write_bytes(b"\x89PNG" + bytes(500))
     for language, stars in (("zh", "星星"), ("en", "Stars")):
-        ran = run("check", mission, folder.parent, "--language", language)
+        ran = run("check", mission, folder.parent, "--language", language, "--json")
         assert ran.code == 1
         told = json.loads(ran.out)
         page, table = Path(told["page"]), Path(told["table"])
@@ -202,13 +223,28 @@ def test_check_of_a_folder_makes_a_table_and_a_page_whatever_lies_there(mission,
     assert run("check", mission, empty).code == 2
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="others take no names that aren't UTF-8")
+def test_a_name_that_is_no_utf_8_ends_no_report(mission, tmp_path):
+    folder, good = tmp_path / "class", json.dumps({"format": "motorcade-program/1", "leader": [FAR]})
+    folder.mkdir()
+    for name in (b"\xff.motorcade.json", b"\x1b[2J.motorcade.json", b"\xe2\x80\xae.motorcade.json"):
+        (folder / os.fsdecode(name)).write_text(good, encoding="utf-8")
+    told = json.loads(run("check", mission, folder, "--json").out)
+    assert len(told["files"]) == 3
+    rows = list(csv.reader(Path(told["table"]).read_text(encoding="utf-8-sig").splitlines()))
+    assert [row[1] for row in rows[1:]] == ["2"] * 3
+    shown = run("check", mission, folder, stdout=Terminal()).out
+    assert "\x1b[2J" not in shown
+    assert "\udcff" not in shown
+
+
 def test_somebody_at_a_terminal_sees_why_each_file_of_a_folder_has_no_star(mission, tmp_path):
     folder = tmp_path / "class"
     folder.mkdir()
     near = json.dumps({"format": "motorcade-program/1", "leader": [{"wait": {"seconds": 1}}]})
     (folder / "cut").write_text(near[:40], encoding="utf-8")
     (folder / "near").write_text(near, encoding="utf-8")
-    cut, lost = json.loads(run("check", mission, folder).out)["files"]
+    cut, lost = json.loads(run("check", mission, folder, "--json").out)["files"]
     (why, *_) = [goal["why"] for goal in lost["goals"] if not goal["met"]]
     shown = run("check", mission, folder, stdout=Terminal()).out.splitlines()
     for name, reason in (("cut", cut["problem"]), ("near", why)):

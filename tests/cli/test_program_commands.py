@@ -7,7 +7,7 @@ import subprocess
 
 import pytest
 
-from support.command_line import INSTALLED, PARADE, Terminal, refusal, run
+from support.command_line import INSTALLED, PARADE, Terminal, data, refusal, run
 from support.waiting import DEADLINE_S
 
 DRIVE = {"drive": {"direction": "forward", "speed": 1, "seconds": 1}}
@@ -59,7 +59,7 @@ def test_compile_says_that_words_are_tagged(project):
 
 
 def test_an_error_has_code_severity_message_path_and_id(project):
-    ran = run("compile", project(document(DRIVE, {**HALF, "id": "block-7"})))
+    ran = run("compile", project(document(DRIVE, {**HALF, "id": "block-7"})), "--json")
     assert ran.code == 1
     printed = json.loads(ran.out)
     assert printed["words"] == []
@@ -72,7 +72,7 @@ def test_an_error_has_code_severity_message_path_and_id(project):
 
 def test_a_warning_stops_nothing(project, tmp_path):
     output = tmp_path / "empty.image"
-    ran = run("compile", project(document()), "-o", output)
+    ran = run("compile", project(document()), "-o", output, "--json")
     assert ran.code == 0
     (diagnostic,) = json.loads(ran.out)["diagnostics"]
     assert (diagnostic["code"], diagnostic["severity"]) == ("empty-program", "warning")
@@ -84,19 +84,44 @@ def test_a_project_that_windows_notepad_saved_compiles(project):
     assert run("compile", project("\ufeff" + json.dumps(document(DRIVE)).replace("{", "{\r\n"))).code == 0
 
 
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-be"])
+def test_what_powershell_writes_is_read(tmp_path, encoding):
+    """Its '>' writes UTF-16 with a byte-order mark."""
+    texts = {
+        "a.motorcade.json": json.dumps(document(DRIVE)),
+        "a.py": "from motorcade import Program, forward\nprogram = Program([forward(1)])\n",
+        "mat.toml": 'format = "motorcade-mat/1"\nname = "M"\n[[car]]\nat_m = [0, 0]\nrole = "leader"\n',
+    }
+    mark = b"\xfe\xff" if encoding == "utf-16-be" else b""
+    for name, text in texts.items():
+        (tmp_path / name).write_bytes(mark + text.encode(encoding))
+    for name in ("a.motorcade.json", "a.py"):
+        assert data("compile", tmp_path / name)["leader_states"] == 1
+        assert data("simulate", tmp_path / name, "--mat", tmp_path / "mat.toml", "--seconds", "0.1")["cars"]
+
+
+def test_decompile_writes_its_project_into_a_file(tmp_path):
+    image, project, text = (tmp_path / name for name in ("a.image", "a.motorcade.json", "a.py"))
+    run("compile", PARADE, "-o", image)
+    for options in ((project,), (text, "--python")):
+        assert run("decompile", image, "-o", *options).code == 0
+        assert data("compile", options[0])["words"] == data("compile", PARADE)["words"]
+    assert "is what is being read" in refusal(2, "decompile", image, "-o", image)
+
+
 def test_diagnostics_speak_chinese_when_asked_or_when_the_system_does(project, monkeypatch):
     path = project(document({**DRIVE, "accept_ir": True}))
-    asked = run("compile", path, "--language", "zh")
+    asked = run("compile", path, "--language", "zh", "--json")
     assert asked.code == 1
     # The sentence is seed 000's, c1 2.1.1.
     assert "无法设置主机接受红外信息" in json.loads(asked.out)["diagnostics"][0]["message"]
     assert "错误 leader-accepts-ir: 无法设置主机接受红外信息" in only_line(asked.err)
     monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
-    assert run("compile", path) == asked
+    assert run("compile", path, "--json") == asked
     for name in ("LC_ALL", "LC_MESSAGES", "LANG"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(locale, "getlocale", lambda *category: ("zh_CN", "UTF-8"))
-    assert run("compile", path) == asked
+    assert run("compile", path, "--json") == asked
     assert "错误 leader-accepts-ir" in only_line(run("simulate", path).err)
     assert "A leader can't" in only_line(run("compile", path, "--language", "en").err)
 
@@ -104,7 +129,7 @@ def test_diagnostics_speak_chinese_when_asked_or_when_the_system_does(project, m
 def test_json_comes_whatever_the_output_can_encode(project):
     path = project(document({**DRIVE, "accept_ir": True, "id": "方块"}))
     narrow = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
-    command = [INSTALLED, "compile", str(path), "--language", "zh"]
+    command = [INSTALLED, "compile", str(path), "--language", "zh", "--json"]
     ran = subprocess.run(command, env=narrow, capture_output=True, timeout=DEADLINE_S, check=False)
     assert ran.returncode == 1
     assert b"Traceback" not in ran.stderr
@@ -127,7 +152,7 @@ def test_a_bad_project_gets_one_diagnostic_and_exit_code_1_and_leaves_the_old_im
     content, code, path = BAD[name]
     output = tmp_path / "old.image"
     output.write_bytes(b"kept")
-    ran = run("compile", project(content), "-o", output)
+    ran = run("compile", project(content), "-o", output, "--json")
     assert (ran.code, output.read_bytes()) == (1, b"kept")
     (diagnostic,) = json.loads(ran.out)["diagnostics"]
     assert (diagnostic["code"], diagnostic["severity"], diagnostic["path"]) == (code, "error", path)

@@ -24,21 +24,27 @@ def folder(tmp_path_factory):
 
 
 def lines(*arguments):
-    ran = run(*arguments)
+    ran = run("--json", *arguments)
     assert (ran.code, ran.err) == (0, "")
     return [json.loads(line) for line in ran.out.splitlines()]
 
 
 def test_replay_prints_the_run_its_moments_and_its_events(folder):
     first, *others = lines("replay", folder / "run.mcap")
-    assert (first["type"], first["mat"]["name"], first["seed"], first["cars"]) == ("run", "a table with a wall", 7, 6)
+    assert (first["type"], first["mat"]["name"], first["seeds"], first["cars"]) == (
+        "run",
+        "a table with a wall",
+        [7],
+        6,
+    )
     moments = [line for line in others if line["type"] == "cars"]
     events = [line for line in others if line["type"] == "event"]
     assert [moment["t_ms"] for moment in moments] == list(range(0, 2001, 100))
     assert moments[0]["number"] == [0, 1, 2, 3, 4, 5]
     assert moments[0]["x_m"][0] == 1.0
     assert moments[-1]["counts"]["frames"] == sum(event["kind"] == "frame" for event in events)
-    assert all(set(event) == {"type", "t_ms", "car", "kind", "why", "word", "other"} for event in events)
+    names = {"type", "t_ms", "world", "run", "car", "kind", "why", "word", "other"}
+    assert all(set(event) == names for event in events)
     # In the order of time: the events up to a moment are before it, and no others.
     before_ms = -1
     for line in others:
@@ -49,10 +55,18 @@ def test_replay_prints_the_run_its_moments_and_its_events(folder):
             assert before_ms < line["t_ms"] <= before_ms + 100
 
 
+def test_replay_tells_what_the_cars_did_in_sentences(folder):
+    begins, *told = run("replay", folder / "run.mcap").out.splitlines()
+    assert begins.startswith("6 cars on 'a table with a wall', 2 s.")
+    assert told[0] == "    0.000 s  car 0: state 0: forward 200 mm/s 2 s, LED 0 1 s"
+    events = [line for line in lines("replay", folder / "run.mcap") if line["type"] == "event"]
+    assert len(told) == sum(event["kind"] not in ("frame", "heard") for event in events)
+
+
 def test_events_of_tagged_words_show_the_control_word_and_its_tag(tmp_path):
     image = tmp_path / "tagged.image"
     image.write_bytes(bytes.fromhex("01020201 40280000 c0280000 c0500000"))
-    options = ("--followers", "2", "--seconds", "5", "--record", tmp_path / "run.mcap", "--json")
+    options = ("--followers", "2", "--seconds", "5", "--record", tmp_path / "run.mcap")
     simulated = data("simulate", image, *options)["events"]
     replayed = [line for line in lines("replay", tmp_path / "run.mcap") if line["type"] == "event"]
     for events in (simulated, replayed):
@@ -69,7 +83,7 @@ def test_events_of_tagged_words_show_the_control_word_and_its_tag(tmp_path):
 def test_events_of_bare_words_have_no_tag(tmp_path):
     image = tmp_path / "bare.image"
     image.write_bytes(bytes.fromhex("01010200 40280000 c0280000"))
-    events = data("simulate", image, "--followers", "2", "--seconds", "3", "--json")["events"]
+    events = data("simulate", image, "--followers", "2", "--seconds", "3")["events"]
     assert {"start", "frame", "heard"} <= {event["kind"] for event in events}
     assert not any("tag" in event for event in events)
 
@@ -105,7 +119,7 @@ def test_a_cut_off_file_is_read_as_far_as_possible_and_reported(arguments, folde
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a pipe that was left is another error on Windows")
 def test_replay_ends_quietly_when_its_reader_leaves(folder):
-    command = [sys.executable, "-m", "motorcade", "replay", str(folder / "cut.mcap")]
+    command = [sys.executable, "-m", "motorcade", "replay", str(folder / "cut.mcap"), "--json"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as replay:
         assert replay.stdout.readline().startswith(b'{"type": "run"')
         replay.stdout.close()

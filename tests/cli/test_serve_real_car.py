@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from motorcade import BlockingDriveClient, Program, compile_program, forward, led, left, together
+from motorcade.boards.computer import ImageStore
 from motorcade.drive.certificates import CarKeys, make_keys, revoke_drivers
 from motorcade.drive.connection import CarRefusesError
 from motorcade.words.upload import ok_line
@@ -104,7 +105,7 @@ def test_a_car_runs_a_program_obeys_its_driver_and_continues_the_program(tmp_pat
             assert process.returncode == 0
             assert f"took an image of {len(AHEAD)} bytes" in said
             assert pins.show(WHEELS + LEDS_AT) == (0,) * 10
-    assert (tmp_path / "car.image").read_bytes() == TURNS_LEFT
+    assert ImageStore(tmp_path / "car.image").load() == TURNS_LEFT
 
 
 def test_wrong_options_are_refused_with_a_sentence(wired: Path, tmp_path: Path) -> None:

@@ -190,7 +190,7 @@ def test_a_cluster_makes_the_same_table_though_a_worker_dies(long_spec, tmp_path
     table = tmp_path / "out.parquet"
     with (
         cluster(tmp_path, 2) as (address, (first, second)),
-        sweeping(long_spec, "-o", table, "--scheduler", address) as process,
+        sweeping(long_spec, "-o", table, "--scheduler", address, "--json") as process,
     ):
         wait_until(lambda: len(parts_of(table)) > 3, process, first, second)
         first.kill()

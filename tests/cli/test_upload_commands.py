@@ -9,6 +9,7 @@ import serial
 from serial.tools import list_ports
 from serial.tools.list_ports_common import ListPortInfo
 
+from motorcade.boards.computer import ImageStore
 from motorcade.upload import transfer as talk
 from motorcade.words import upload as protocol
 from support.command_line import PARADE, Terminal, data, refusal, run, started
@@ -127,7 +128,7 @@ def test_upload_and_readback_with_a_simulated_car(tmp_path, image, monkeypatch):
         assert read == {"port": port, "bytes": 12, "file": str(fetched)}
         assert "can't be written" in refusal(2, "readback", "-p", port, "-o", tmp_path / "missing" / "it")
     assert fetched.read_bytes() == IMAGE
-    assert store.read_bytes() == IMAGE
+    assert ImageStore(store).load() == IMAGE
 
 
 # When the car or its port isn't as it should be

@@ -16,7 +16,7 @@ from motorcade.__main__ import main
 from motorcade.cli.output import print_problem
 from motorcade.config import profile
 from motorcade.errors import MotorcadeError
-from motorcade.words.formats import CONTROL
+from motorcade.words.formats import CONTROL, FORMATS
 from support.command_line import INSTALLED, PARADE, Terminal, data, imported_by, refusal, run
 from support.waiting import DEADLINE_S
 
@@ -25,6 +25,7 @@ HEAVY = (
     *("numpy", "numba", "matplotlib", "pyarrow", "dask", "blessed", "serial", "jsonschema_rs", "rich", "pydantic"),
     *("starlette", "uvicorn", "msgspec", "websockets", "anyio", "asyncio"),
 )
+PICO = PARADE.parents[1] / "firmware" / "micropython" / "rp2040.toml"
 OTHER_ROOMS = ("motorcade.program", "motorcade.engine", "motorcade.upload", "motorcade.cli.console")
 
 
@@ -61,8 +62,8 @@ def test_the_installed_command_prints_its_version_and_imports_nothing_heavy():
 
 
 def test_words_are_decoded_and_programs_compiled_with_few_modules():
-    assert under(imported_by("decode", "control", "5"), (*HEAVY, *OTHER_ROOMS)) == []
-    assert under(imported_by("compile", str(PARADE)), ("numpy", "numba", "matplotlib", "serial")) == []
+    assert under(imported_by("decode", "control", "5", "--json"), (*HEAVY, *OTHER_ROOMS)) == []
+    assert under(imported_by("compile", str(PARADE), "--json"), ("numpy", "numba", "matplotlib", "serial")) == []
 
 
 def test_every_command_is_in_the_help_which_comes_without_arguments_too():
@@ -70,6 +71,7 @@ def test_every_command_is_in_the_help_which_comes_without_arguments_too():
     assert (ran.code, ran.err, ran.out.strip()) == (0, "", shown.out.strip())
     assert [command for command in COMMANDS if f" {command} " not in shown.out] == []
     own = run("encode", "--help")
+    assert [word_format.name for word_format in FORMATS if word_format.name not in own.out] == []
     assert (own.code, own.err, " encode [OPTIONS]" in own.out) == (0, "", True)
 
 
@@ -173,6 +175,32 @@ def test_on_a_terminal_words_are_shown_to_read_and_json_only_when_asked():
     assert "warning bad-check: check is 27, but bits 31 to 6 give 28" in " ".join(table.split())
     asked = run("decode", "header", "0x03030200", "--json", stdout=Terminal()).out
     assert json.loads(asked)[0]["fields"]["dwell"] == 2
+
+
+@pytest.mark.parametrize("arguments", [("formats",), ("compile", PARADE), ("simulate", PARADE, "--seconds", "1")])
+def test_into_a_pipe_goes_text_without_frames_colours_or_broken_lines(arguments):
+    shown, piped = run(*arguments, stdout=Terminal()).out, run(*arguments).out
+    assert set(shown) & set("│┃━─┏")
+    assert not set(piped) & set("│┃━─┏\x1b{")
+    assert piped.splitlines() == [line.rstrip() for line in piped.splitlines()]
+    cells = [line.split() for line in piped.splitlines()]
+    assert any(len(line) > 3 for line in cells)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("--json", "formats"), ("formats", "--json"), ("car", "--json", "wiring", PICO), ("--json", "missions")],
+)
+def test_json_is_obeyed_before_and_behind_the_name_of_a_command(arguments):
+    ran = run(*arguments)
+    assert (ran.code, isinstance(json.loads(ran.out), list)) == (0, True)
+
+
+@pytest.mark.parametrize(
+    "arguments", [("--json", "cars", "blink", "x"), ("cars", "--json", "blink", "x"), ("cars", "blink", "x", "--json")]
+)
+def test_a_command_that_prints_no_json_refuses_to(arguments):
+    assert refusal(2, *arguments) == "`motorcade cars blink` prints no JSON: call it without --json"
 
 
 @pytest.mark.parametrize(

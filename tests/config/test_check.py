@@ -154,7 +154,7 @@ NO_CHARACTER = "is no character of TOML; type it with an English keyboard"
 @pytest.mark.parametrize(
     ("data", "kind", "sentence"),
     [
-        (b"\xff\xfe", "TOML", "it is not TOML: it is not UTF-8 text"),
+        (b"\xff\xfe\x00", "TOML", "it is not TOML: it is not text in UTF-8 or UTF-16"),
         ("b = 1\na = “x”", "TOML", f"it is not TOML: line 2, column 5: “ {NO_CHARACTER}"),
         ("a = [1，2]", "TOML", f"it is not TOML: line 1, column 7: ， {NO_CHARACTER}"),
         ("a = ", "TOML", "it is not TOML: Invalid value (at its end, line 1)"),
@@ -174,8 +174,8 @@ NO_CHARACTER = "is no character of TOML; type it with an English keyboard"
         ('{"a": ' + "9" * 5000 + "}", "JSON", "it is not JSON: it has a number with thousands of digits"),
         ("[" * 100_000, "JSON", "it is not JSON: its brackets are nested too deeply"),
         ("[" * 200 + "]" * 200, "JSON", "it is not JSON: its brackets are nested too deeply"),
-        ('{"a": "\\ud800"}', "JSON", "it is not JSON: it is not UTF-8 text"),
-        (r'{"\ud800": 1, "\ud800": 2}', "JSON", "it is not JSON: it is not UTF-8 text"),
+        ('{"a": "\\ud800"}', "JSON", "it is not JSON: it is not text in UTF-8 or UTF-16"),
+        (r'{"\ud800": 1, "\ud800": 2}', "JSON", "it is not JSON: it is not text in UTF-8 or UTF-16"),
         ('{"a": 1, "b": {"c": 1, "c": 2}}', "JSON", "it: the key 'c' is twice in one pair of braces; keep one of them"),
     ],
 )

@@ -4,10 +4,11 @@ import errno
 import os
 import stat
 import sys
+from pathlib import Path
 
 import pytest
 
-from motorcade.config.files import replace_file
+from motorcade.config.files import locked, read_bytes, replace_file
 from motorcade.errors import MotorcadeError
 
 
@@ -62,3 +63,21 @@ def test_the_data_is_on_the_disk_before_its_name_and_the_name_before_it_is_done(
 def test_what_the_system_refuses_is_told_in_the_readers_language(number, words):
     refused = MotorcadeError("cant-save", reason=OSError(number, os.strerror(number)))
     assert words in refused.sentence("zh")
+
+
+def test_a_lock_holds_though_its_file_is_deleted(tmp_path):
+    lock, refusal = tmp_path / "lock", MotorcadeError("class-is-running", folder=tmp_path)
+    with locked(lock, refusal):
+        if sys.platform != "win32":
+            lock.unlink()
+        with pytest.raises(MotorcadeError) as refused, locked(lock, refusal):
+            pass
+        assert refused.value is refusal
+    with locked(lock, refusal):
+        pass
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX's devices")
+def test_a_file_without_an_end_is_not_read_to_its_end():
+    with pytest.raises(MotorcadeError, match="more than 1 MiB"):
+        read_bytes(Path("/dev/zero"), 1 << 20)

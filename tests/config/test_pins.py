@@ -10,6 +10,7 @@ from motorcade.boards.linux.raspberry_pi import motor_pins
 from motorcade.boards.wiring import wiring_rows, wiring_svg
 from motorcade.config.pins import load_pins, parse_pins
 from motorcade.errors import MotorcadeError
+from support.command_line import run
 
 FIRMWARE = Path(__file__).parents[2] / "firmware"
 SHIPPED = sorted(
@@ -75,7 +76,7 @@ def test_a_pin_file_that_is_not_there_is_named(tmp_path):
     with pytest.raises(MotorcadeError, match=r"missing\.toml can't be read"):
         load_pins(tmp_path / "missing.toml")
     (tmp_path / "noise.toml").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(MotorcadeError, match="it is not UTF-8 text"):
+    with pytest.raises(MotorcadeError, match="it is not text in UTF-8 or UTF-16"):
         load_pins(tmp_path / "noise.toml")
 
 
@@ -101,3 +102,54 @@ def test_a_drawing_holds_whatever_a_car_is_called():
     pins = parse_pins(PI.replace("Car", "<b>&</b>") + PIR.format(4), "car.toml")
     svg = ElementTree.fromstring(wiring_svg(pins, "en"))
     assert svg.attrib["aria-label"] == "<b>&</b>: Raspberry Pi"
+
+
+MOTOR = "[left_motor]\nforward = {}\nbackward = {}\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "warned"),
+    [
+        (UNO + "[floor]\nleft = 18\nright = 13\n", ["floor.right is at D13, which has the board's LED"]),
+        (UNO + "[leds]\nled_0 = 13\n", []),
+        (MEGA + PIR.format(13), ["pir.output is at D13"]),
+        (MEGA + MOTOR.format(13, 12) + "enable = 5\n", []),
+        (MEGA + MOTOR.format(7, 8) + "enable = 13\n", ["left_motor.enable is at D13, which blinks"]),
+        (ESP32 + PIR.format(0), ["GPIO0, which starts the boot loader"]),
+        (ESP32 + "[leds]\nled_0 = 2\nled_1 = 12\nled_2 = 15\nled_3 = 4\n", ["led_0", "led_1", "led_2"]),
+        (ESP32 + "[infrared]\nreceiver = 14\nsender = 5\n", ["infrared.sender is at GPIO5"]),
+        (PI + MOTOR.format(5, 6), ["left_motor.forward is at GPIO5 (29)", "left_motor.backward is at GPIO6 (31)"]),
+        (PI + MOTOR.format(5, 6) + "enable = 12\n", []),
+        (PI + PIR.format(4), []),
+        (PI + PIR.format(2), ["pir.output is at GPIO2 (3), which has a fixed pull-up"]),
+        (PI + "[ultrasonic]\ntrigger = 8\necho = 24\n", []),
+        (RP2040 + MOTOR.format(0, 1), []),
+    ],
+)
+def test_a_pin_that_does_something_at_power_on_is_warned_of_where_it_matters(text, warned):
+    warnings = parse_pins(text, "car.toml").warnings
+    assert len(warnings) == len(warned)
+    for warning, beginning in zip(warnings, warned, strict=True):
+        assert beginning in warning.sentence("en")
+        assert warning.sentence("zh") != warning.sentence("en")
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_no_shipped_car_is_warned_of(path):
+    assert load_pins(path).warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("command", "chip"),
+    [
+        (("arduino-library", "--pins"), UNO),
+        (("install-firmware", "--dry-run", "--pins"), ESP32),
+        (("--language", "zh", "install-firmware", "--dry-run", "--pins"), ESP32),
+    ],
+)
+def test_a_command_that_reads_pins_prints_the_warnings(tmp_path, command, chip):
+    (tmp_path / "mine.toml").write_text(chip + PIR.format(13 if chip == UNO else 12), encoding="utf-8")
+    output = ("-o", tmp_path / "new") if chip == UNO else ()
+    done = run(*command, tmp_path / "mine.toml", *output)
+    assert done.code == 0, done.err
+    assert re.match(r"motorcade: mine.toml: pir.output (is at|接在) ", done.err)

@@ -74,7 +74,7 @@ def test_a_built_in_profile_is_found_from_any_folder_and_one_that_cannot_be_read
     assert load_profile("classroom", tmp_path) == built_in_profile("classroom")
     with pytest.raises(MotorcadeError, match=r"mine\.toml"):
         load_profile("mine.toml", tmp_path)
-    (tmp_path / "mine.toml").write_bytes(TEXT.encode("utf-16"))
+    (tmp_path / "mine.toml").write_bytes(b"\xff" + TEXT.encode())
     with pytest.raises(MotorcadeError, match=r"mine\.toml"):
         load_profile("mine.toml", tmp_path)
 

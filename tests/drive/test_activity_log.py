@@ -70,7 +70,9 @@ def test_it_goes_on_behind_what_is_there_and_takes_bounded_space(tmp_path):
 def test_a_flood_of_stops_is_counted_and_pushes_nobody_out(tmp_path):
     """220 stops a second of one client, of new connections and other names too, for ten minutes."""
     now = [AT]
-    log = ActivityLog(tmp_path / "log.jsonl", lambda problem: None, lambda: now[0])
+    log = ActivityLog(
+        tmp_path / "log.jsonl", lambda problem: None, lambda: now[0], lambda: (now[0] - AT).total_seconds()
+    )
     log.record("drives", "lin:1", "ada")
     for second in range(600):
         now[0] = AT + timedelta(seconds=second)
@@ -84,6 +86,19 @@ def test_a_flood_of_stops_is_counted_and_pushes_nobody_out(tmp_path):
     assert (told[2]["more"], told[2]["in_s"]) == (2199, 10)
     assert len(told) < 140
     assert sum(each.get("more", 1) for each in told) == 2 + 600 * 220
+
+
+@pytest.mark.parametrize("set_by", [timedelta(days=-400), timedelta(days=400), timedelta(seconds=-9)])
+def test_a_clock_that_is_set_puts_no_more_and_no_fewer_into_a_line(tmp_path, set_by):
+    """As a Raspberry Pi's is, which finds out the time when it has a network."""
+    now, since_s = [AT], [0.0]
+    log = ActivityLog(tmp_path / "log.jsonl", lambda problem: None, lambda: now[0], lambda: since_s[0])
+    for second in range(40):
+        since_s[0] = float(second)
+        now[0] = AT + timedelta(seconds=second) + (set_by if second >= 5 else timedelta(0))
+        log.record("stops", "lin:1")
+    log.close()
+    assert [each.get("more") for each in entries(tmp_path / "log.jsonl")] == [None, 9, None, 9, None, 9, None, 9]
 
 
 def test_a_count_is_written_though_nothing_else_happens(tmp_path, monkeypatch):

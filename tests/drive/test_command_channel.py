@@ -7,32 +7,32 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade.drive.channels import MOST_WRONG
 from motorcade.drive.session import ControlSession
 from motorcade.drive.wire import DriveError
 from motorcade.words.formats import DRIVE
-from support.socketless_car import Car, command, receive
+from support.socketless_car import Car, begin, command, receive
 
 
 @given(st.lists(st.integers(0, 180), min_size=1, max_size=40), st.lists(st.integers(1, 11)))
 def test_commands_cut_and_joined_in_any_way_are_executed_newest_first_and_never_misread(angles, cuts) -> None:
     car = Car()
     channel, _ = car.commands()
-    data, expected, whole = b"".join(map(command, angles)), [], 0
+    begin(car, channel, command(90))
+    data, expected, whole = b"".join(map(command, angles)), [90], 0
     ends = [end for end in accumulate(cuts) if end < len(data)]
-    for begin, end in pairwise([0, *ends, len(data)]):
-        receive(channel, data[begin:end])
+    for start, end in pairwise([0, *ends, len(data)]):
+        receive(channel, data[start:end])
         if end // 4 > whole:
             whole = end // 4
             expected.append(angles[whole - 1])
     assert car.board.angles == expected
-    assert len(expected) + channel.session.counts["superseded"] == len(angles)
+    assert len(expected) + channel.session.counts["superseded"] == len(angles) + 1
 
 
 def test_of_what_has_gathered_the_end_alone_is_executed() -> None:
     car = Car()
     channel, _ = car.commands()
-    receive(channel, command(90))
+    begin(car, channel, command(90))
     receive(channel, command(10) * 5000 + command(20))
     assert car.board.angles == [90, 20]
     assert channel.session.counts["superseded"] == 5000
@@ -42,7 +42,7 @@ def test_of_what_has_gathered_the_end_alone_is_executed() -> None:
 def test_the_first_seed_word_arrives_in_either_byte_order(byte_order: str, packed: str) -> None:
     car = Car(byte_order)
     channel, _ = car.commands()
-    receive(channel, bytes.fromhex(packed))
+    begin(car, channel, bytes.fromhex(packed))
     assert car.control.telemetry()[1:4] == (40, 1, 150)
 
 
@@ -50,26 +50,26 @@ def test_the_first_seed_word_arrives_in_either_byte_order(byte_order: str, packe
 def test_made_up_bytes_are_counted_and_move_nothing_that_is_not_their_command(data: bytes) -> None:
     car = Car()
     driver, _ = car.commands(1)
-    receive(driver, command(90, 100))
+    begin(car, driver, command(90, 100))
     channel, _ = car.commands(2)
-    receive(channel, data)
+    begin(car, channel, data)
     assert car.board.angles == [90]
     assert car.control.telemetry()[:4] == ("moving", 90, 1, 100)
 
 
-def test_a_client_that_sends_nonsense_only_is_hung_up_on() -> None:
+@pytest.mark.parametrize("cut", range(1, 12))
+def test_what_is_no_command_ends_the_connection_and_what_stands_beside_it_is_not_obeyed(cut: int) -> None:
     car = Car()
     channel, line = car.commands()
-    receive(channel, command(90))
-    for _ in range(MOST_WRONG - 1):
-        receive(channel, b"GET ")
-    assert line.is_open
-    receive(channel, command(91))
-    for _ in range(MOST_WRONG):
-        receive(channel, b"GET ")
+    begin(car, channel, command(90, 100))
+    data = command(91, 100) + b"GET " + command(92, 100)
+    receive(channel, data[:cut])
+    receive(channel, data[cut:])
     assert not line.is_open
+    assert set(car.board.angles) <= {90, 91}
     told = car.control.telemetry()
-    assert (told.refused, told.turned_away, told.driver) == (2 * MOST_WRONG - 1, 1, None)
+    assert (told.refused, told.turned_away, told.driver, told.speed) == (1, 1, None, 0)
+    assert "between its commands" in car.said[-1]
 
 
 def test_a_client_that_sends_nonsense_alone_takes_no_place() -> None:
@@ -77,7 +77,7 @@ def test_a_client_that_sends_nonsense_alone_takes_no_place() -> None:
     for port in range(9):
         receive(car.commands(port)[0], b"GET ")
     channel, line = car.commands(99)
-    receive(channel, command(90))
+    begin(car, channel, command(90))
     assert (car.board.angles, line.is_open) == ([90], True)
 
 
@@ -85,14 +85,15 @@ def test_when_all_places_are_taken_the_longest_silent_client_loses_its_place() -
     car = Car()
     channels = [car.commands(port) for port in range(9)]
     for car.now_ms, (channel, _) in enumerate(channels):
-        receive(channel, command(90))
+        receive(channel, command(90) * 2)
     late, late_line = car.commands(99)
-    receive(late, command(91))
+    receive(late, command(91) * 2)
     assert not late_line.is_open
+    assert "9 in all" in car.said[-1]
     car.now_ms = 5004
     receive(channels[0][0], command(92))
     late, late_line = car.commands(99)
-    receive(late, command(93))
+    receive(late, command(93) * 2)
     assert late_line.is_open
     assert [line.is_open for _, line in channels] == [True, False] + [True] * 7
 

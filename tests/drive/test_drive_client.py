@@ -1,15 +1,17 @@
 """A driver's end and a car in one event loop with a mock clock: real sockets, and no waiting."""
 
 import asyncio
-from contextlib import AsyncExitStack
+from contextlib import AsyncExitStack, closing, suppress
 
 import pytest
 
 from motorcade.drive.client import DriveClient
 from motorcade.drive.connection import CarError, CarRefusesError
+from motorcade.drive.wire import pack_frame
 from support.driven_car import NEUTRAL, deaf_port
 from support.loop_car import loop_car
 from support.mock_clock import mock_clock, pass_time
+from support.rooms import in_loop
 from support.waiting import until
 from support.working_drivers import HALF, behind_proxies, client, come_and_drive, drive_on, driving
 
@@ -158,6 +160,39 @@ async def test_a_car_that_stays_away_is_an_error_of_the_next_command():
             await driver.stop()
         with pytest.raises(CarError, match="away"):
             await driver.next_telemetry()
+
+
+@pytest.mark.parametrize("floods", ["commands", "telemetry"])
+@in_loop
+async def test_a_car_that_floods_is_hung_up(floods):
+    """Ten frames a second are a car's; what a peer may cost has a bound."""
+    frame = pack_frame({"kind": "telemetry", "state": "ready"}) * 1000
+    sent_bytes = 0
+
+    async def flood(reader, writer):
+        nonlocal sent_bytes
+        with closing(writer), suppress(OSError):
+            while sent_bytes < 1 << 26:
+                writer.write(frame)
+                sent_bytes += len(frame)
+                await writer.drain()
+
+    async def wait(reader, writer):
+        with closing(writer), suppress(OSError):
+            await reader.read()
+
+    places = {}
+    async with AsyncExitStack() as servers:
+        for name in ("commands", "telemetry"):
+            listener = await asyncio.start_server(flood if name == floods else wait, "127.0.0.1", 0)
+            places[name] = listener.sockets[0].getsockname()[1]
+            await servers.enter_async_context(listener)
+        driver = DriveClient("127.0.0.1", places["commands"], telemetry_port=places["telemetry"])
+        driver.begin()
+        await until(lambda: driver.problem)
+        await driver.end()
+    # The buffers of the system are filled, and little more is read.
+    assert sent_bytes < 1 << 25
 
 
 def test_a_freshness_far_beyond_the_failsafe_is_refused():

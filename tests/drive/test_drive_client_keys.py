@@ -2,8 +2,10 @@
 
 import pytest
 
+from motorcade.drive.client import DriveClient
 from motorcade.drive.connection import CarError, CarRefusesError
 from motorcade.drive.keys import server_context
+from motorcade.errors import MotorcadeError
 from support.loop_car import loop_car
 from support.mock_clock import mock_clock
 from support.waiting import until
@@ -35,7 +37,7 @@ async def test_with_keys_a_driver_drives_under_the_name_in_them_and_goes_on_hear
     [
         ({"keys": "others/driver-mallory.pem"}, "not-trusted", "doesn't show the certificate"),
         ({"keys": "driver-lin.pem", "car": "bob"}, "not-trusted", "bob"),
-        ({}, "hung-up", "keys"),
+        ({}, "says-nothing", "keys"),
     ],
     ids=["of another class", "another car", "none"],
 )
@@ -67,3 +69,25 @@ async def test_the_error_of_keys_for_a_car_without_keys_is_to_leave_them_out(key
     async with loop_car() as car:
         with pytest.raises(CarError, match=r"started with --keys\?"):
             await come_and_drive(client(car, keys=keys / "driver-lin.pem"))
+
+
+@mock_clock
+async def test_a_client_sends_nothing_to_a_car_that_takes_something_else(keys, tls):
+    """Neither keys to a car without them, nor commands to one that wants them."""
+    async with loop_car() as car:
+        with pytest.raises(CarError, match="sends telemetry without TLS"):
+            await come_and_drive(client(car, keys=keys / "driver-lin.pem", patience_s=2))
+        assert (car.control.telemetry().refused, car.control.telemetry().turned_away) == (0, 0)
+    async with loop_car(tls) as car:
+        said = []
+        car.server.refusals.say = said.append
+        with pytest.raises(CarError, match="--keys"):
+            await come_and_drive(client(car, patience_s=3))
+        assert not car.server.commands
+        assert not car.board.has_moved()
+        assert said == []
+
+
+def test_keys_need_telemetry(keys):
+    with pytest.raises(MotorcadeError, match="exclude each other"):
+        DriveClient("127.0.0.1", telemetry_port=0, keys=keys / "driver-lin.pem")

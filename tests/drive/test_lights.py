@@ -217,7 +217,7 @@ def test_a_page_s_message_switches_the_car():
 
 
 def test_a_switch_is_not_taken_for_the_first_command_behind_an_answer():
-    freshness = Freshness(150, can_ask=True)
+    freshness = Freshness(150)
     freshness.take_answer(250, 0, stamp_at(1000), 1000)
     assert not freshness.is_fresh(stamp_at(1010), 1010, 1, drives=False)
     assert freshness.is_fresh(stamp_at(1020), 1020, 2, stands=True)

@@ -1,5 +1,6 @@
 """Keys that were revoked: who is connected is hung up, who comes is refused, and nobody else notices; by real TLS."""
 
+import re
 import socket
 import struct
 from contextlib import suppress
@@ -101,6 +102,38 @@ def test_a_list_that_is_damaged_or_gone_keeps_what_it_had(folder):
     assert lin in revoked
 
 
+@pytest.mark.parametrize("list_keys_of", [("lin",), ("lin", "mei")])
+def test_a_list_that_was_cut_or_emptied_lets_nobody_in(folder, list_keys_of):
+    """Wherever it was cut, when the car starts; where it ran before, it keeps what it had."""
+    numbers = [each.number for each in list_keys(folder) if each.name in ("lin", "mei")]
+    for name in list_keys_of:
+        revoke_drivers(folder, [name])
+    file = folder / "revoked.txt"
+    whole = file.read_bytes()
+    for length in range(len(whole)):
+        file.write_bytes(whole[:length])
+        revoked = RevokedKeys(file, is_expected=False)
+        # Without the last end of line it is whole.
+        assert (revoked.problem is None) == (length == len(whole) - 1), length
+        assert [number in revoked for number in numbers] == (
+            [True] * 2 if revoked.problem else [name in list_keys_of for name in ("lin", "mei")]
+        )
+    file.unlink()
+    file.mkdir()
+    assert numbers[0] in RevokedKeys(file, is_expected=False)
+
+
+def test_of_a_cut_list_of_what_was_issued_nothing_is_revoked(folder):
+    """A driver may have had several keys: those that were cut off would stay valid."""
+    file = folder / "issued.pem"
+    whole = file.read_bytes()
+    for length in (0, 10, whole.index(b"-----BEGIN", 20), len(whole) - 2):
+        file.write_bytes(whole[:length])
+        for act in (lambda: list_keys(folder), lambda: revoke_drivers(folder, ["lin"])):
+            with pytest.raises(MotorcadeError, match="cut or changed"):
+                act()
+
+
 def test_a_car_whose_list_can_not_be_read_says_so(folder):
     file = folder / "revoked.txt"
     assert RevokedKeys(file, is_expected=False).problem is None
@@ -112,8 +145,18 @@ def test_a_car_whose_list_can_not_be_read_says_so(folder):
 
 def test_a_list_is_a_text_that_its_owner_may_edit(folder):
     file = folder / "mine.txt"
-    file.write_text("# lost at the fair\n\n4A3f  # lin\n  10\n", encoding="utf-8")
-    assert read_revoked(file) == {0x4A3F, 0x10}
+    text = "# lost at the fair\n\n4A3f  # lin\n  10\n"
+    file.write_text(text, encoding="utf-8")
+    # The sentence has the line that makes it whole.
+    with pytest.raises(MotorcadeError, match="last line") as refused:
+        read_revoked(file)
+    (last,) = re.findall("'(#.*)'", str(refused.value))
+    for newline in ("\n", "\r\n"):
+        file.write_bytes((text + last).replace("\n", newline).encode())
+        assert read_revoked(file) == {0x4A3F, 0x10}
+    file.write_text(f"{text}11\n{last}", encoding="utf-8")
+    with pytest.raises(MotorcadeError, match="5 lines"):
+        read_revoked(file)
     (mei,) = (each.number for each in list_keys(folder) if each.name == "mei")
     assert read_revoked(revoke_drivers(folder, [f"{mei:x}"])) == {mei}
 

@@ -271,6 +271,15 @@ def test_a_loop_that_gives_no_sign_of_life_for_200_ms_stops_the_wheels(car: Car,
     assert car.control.telemetry().stalls == 2
 
 
+def test_a_hold_up_of_a_car_that_stands_and_nobody_drives_needs_no_arming(car: Car, session: ControlSession) -> None:
+    car.control.beat()
+    car.now_ms = 300
+    car.control.watch()
+    told = car.control.telemetry()
+    assert (told.state, told.stalls) == ("ready", 1)
+    assert OUTCOMES[session.command(MOVE)] == "applied"
+
+
 def test_a_call_that_hangs_in_the_hardware_does_not_hold_up_the_watchdog(car: Car, session: ControlSession) -> None:
     hangs, goes_on = threading.Event(), threading.Event()
 

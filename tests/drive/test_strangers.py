@@ -6,7 +6,7 @@ import socket
 import ssl
 import struct
 import threading
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from itertools import product
 
 import pytest
@@ -122,3 +122,23 @@ def test_unfinished_handshakes_make_room_for_others(driven, keys):
             each.transport.abort()
 
     asyncio.run(dawdle())
+
+
+def test_a_newcomer_who_listens_first_keeps_the_place_while_others_of_the_address_begin_handshakes(driven, keys):
+    """Clients of Motorcade say nothing until they know that the car takes keys."""
+    car, _ = driven
+    tls = client_context(keys / "driver-lin.pem")
+    hello = ssl.MemoryBIO()
+    with suppress(ssl.SSLWantReadError):
+        tls.wrap_bio(ssl.MemoryBIO(), hello, server_hostname="ada").do_handshake()
+    said, address = hello.read(), ("127.0.0.1", car.telemetry_port)
+    with ExitStack() as lines:
+        plain = lines.enter_context(socket.create_connection(address, DEADLINE_S))
+        others = [lines.enter_context(socket.create_connection(address, DEADLINE_S)) for _ in range(80)]
+        for send in (lambda line: line.sendall(said), lambda line: line.recv(1)):
+            # Each is answered, or has to give up its place.
+            for line in others:
+                with suppress(OSError):
+                    send(line)
+        with tls.wrap_socket(plain, server_hostname="ada") as secured:
+            assert len(secured.recv(4)) == 4

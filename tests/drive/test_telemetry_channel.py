@@ -13,7 +13,7 @@ from support.socketless_car import Car, ask, command, receive
 def test_a_channel_finds_the_connection_whose_port_it_names() -> None:
     car = Car()
     for port in (1, 2):
-        receive(car.commands(port)[0], command(90))
+        receive(car.commands(port)[0], command(90) * 2)
     channel, line = car.telemetry()
     assert ask(channel, line, do="join", port=2) == {"kind": "answer", "do": "join", "ok": True}
     car.tell()
@@ -46,11 +46,11 @@ def test_a_channel_may_come_before_the_connection_that_it_names() -> None:
 def test_a_full_car_is_stopped_by_a_newcomer() -> None:
     car = Car()
     for port in range(9):
-        receive(car.commands(port)[0], command(90, 100))
+        receive(car.commands(port)[0], command(90, 100) * 2)
     channel, line = car.telemetry(address="192.168.1.8")
     assert ask(channel, line, do="stop") == {"kind": "answer", "do": "stop", "ok": True}
     assert car.control.telemetry().state == "stopped"
-    receive(car.server.commands[0], command(90, 100))
+    receive(car.server.commands[0], command(90, 100) * 2)
     assert car.control.telemetry()[:4] == ("stopped", *NEUTRAL_SETPOINT)
 
 
@@ -81,7 +81,7 @@ def test_a_channel_that_watched_ends_its_own_session_when_its_connection_comes()
     channel, line = car.telemetry()
     assert ask(channel, line, do="release")["ok"]
     assert car.control.telemetry().watchers == 1
-    receive(car.commands(7)[0], command(90))
+    receive(car.commands(7)[0], command(90) * 2)
     ask(channel, line, do="join", port=7)
     assert car.control.telemetry().watchers == 0
 
@@ -92,14 +92,14 @@ def test_a_channel_whose_connection_is_gone_finds_the_next_one() -> None:
     channel, line = car.telemetry()
     ask(channel, line, do="join", port=7)
     first.abort()
-    receive(car.commands(8)[0], command(90, 100))
+    receive(car.commands(8)[0], command(90, 100) * 2)
     car.tell(10)
     assert line.frames()[-1]["you"]["drives"]
 
 
 def test_a_named_connection_belongs_to_the_channel_that_names_it() -> None:
     car = Car()
-    receive(car.commands(7)[0], command(90, 100))
+    receive(car.commands(7)[0], command(90, 100) * 2)
     (finder, finds), (owner, owns) = car.telemetry(1), car.telemetry(2)
     assert ask(finder, finds, do="request")["has_wheel"]
     ask(owner, owns, do="join", port=7)
@@ -110,7 +110,7 @@ def test_a_named_connection_belongs_to_the_channel_that_names_it() -> None:
 def test_a_channel_that_names_nobody_belongs_to_nobody_where_two_could_be_meant() -> None:
     car = Car()
     for port in (7, 8):
-        receive(car.commands(port)[0], command(90, 100))
+        receive(car.commands(port)[0], command(90, 100) * 2)
     channel, line = car.telemetry()
     assert ask(channel, line, do="request")["has_wheel"] is False
     assert car.control.telemetry().wanted_by == "192.168.1.7:2000"
@@ -128,7 +128,7 @@ def test_an_emergency_stop_from_a_watcher_latches() -> None:
     car = Car()
     driver, _ = car.commands(1)
     car.commands(2)
-    receive(driver, command(90, 100))
+    receive(driver, command(90, 100) * 2)
     channel, line = car.telemetry()
     assert ask(channel, line, do="stop")["ok"]
     receive(driver, command(90, 100))

@@ -14,7 +14,8 @@ from motorcade.drive.wire import (
     take_frames,
     unpack_frame,
 )
-from support.socketless_car import Car, command, receive
+from motorcade.words.formats import LIGHTS
+from support.socketless_car import Car, begin, command, receive
 
 words = st.lists(st.integers(0, (1 << 32) - 1), max_size=50)
 
@@ -31,10 +32,10 @@ def test_of_words_that_arrive_together_the_newest_of_each_code_counts(sent: list
 def test_a_command_counts_though_a_word_of_another_code_came_behind_it() -> None:
     car = Car()
     channel, _ = car.commands()
-    receive(channel, command(90))
-    receive(channel, command(10) + command(20) + pack_word(15 << 28))
+    begin(car, channel, command(90))
+    receive(channel, command(10) + command(20) + pack_word(LIGHTS.encode(horn=1)))
     assert car.board.angles == [90, 20]
-    assert (channel.session.counts["superseded"], channel.session.counts["refused"]) == (1, 1)
+    assert (channel.session.counts["superseded"], channel.session.counts["no-hardware"]) == (1, 1)
 
 
 @given(st.lists(st.dictionaries(st.text(max_size=5), st.integers()), max_size=8), st.integers(1, 40))

@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
-from threading import Thread
+from threading import Event, Thread
 
 import numpy as np
 import pytest
@@ -23,12 +23,12 @@ from motorcade.engine.backend import NAMES, Backend
 from motorcade.engine.native import InterpretedKernels, NativeKernels, Wavefront, library_path
 from motorcade.engine.simulation import Simulation
 from motorcade.engine.webassembly import WebAssemblyKernels
-from motorcade.engine.world import DIGESTS, World, library_problem, proof
+from motorcade.engine.world import DIGESTS, library_problem, proof
 from motorcade.errors import MotorcadeError
 from support.linear_instance import MockInstance
 from support.waiting import DEADLINE_S
 from support.world_hash import state_hash
-from support.worlds import ROAMING, Case, cases, contents, crowd, digest, large_and_many, ran
+from support.worlds import ROAMING, Case, CrowdedWorld, cases, contents, crowd, digest, large_and_many, ran
 
 FEW = settings(max_examples=max(settings().max_examples // 5, 1))
 SLICE_MS = 200
@@ -39,7 +39,7 @@ SLICE_MS = 200
 def test_every_backend_gives_the_same_bits(case: Case, other: Case, data: st.DataObject) -> None:
     """Worlds in which cars drive, are driven, moved and given back, get words, walls change, and all begins again."""
     given_all = case.mat, case.images, case.profile
-    worlds: list[Simulation] = [World(*given_all, seeds=case.seed, events=True, kernels=name) for name in NAMES]
+    worlds: list[Simulation] = [CrowdedWorld(*given_all, seeds=case.seed, events=True, kernels=name) for name in NAMES]
     # As a browser has it, where there is no NumPy; wasmtime stands for the browser.
     worlds.append(Simulation(*given_all, BrowserKernels(MockInstance()), seeds=(case.seed,), events=True))
     cars = st.integers(0, worlds[0].cars - 1)
@@ -76,7 +76,7 @@ def given_words(cars: int) -> st.SearchStrategy[bytes]:
 @FEW
 @given(cases(tick_ms=20), st.data())
 def test_cars_that_get_words_do_the_same_where_every_car_looks_around_then(case: Case, data: st.DataObject) -> None:
-    worlds = [World(case.mat, case.images, case.profile, seeds=case.seed, events=True) for _ in range(2)]
+    worlds = [CrowdedWorld(case.mat, case.images, case.profile, seeds=case.seed, events=True) for _ in range(2)]
     for world in worlds:
         world.step()
     for _ in range(4):
@@ -129,8 +129,27 @@ def test_a_strip_takes_a_step_when_its_neighbours_have_taken_the_one_before(stri
             early.append((strip, step))
         taken[strip] += 1
 
-    assert all_end(Wavefront(take, strips, 48), threads)
+    assert all_end(Wavefront(take, strips, 48, 3, Event()), threads)
     assert (taken, early) == ([48] * strips, [])
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+@pytest.mark.parametrize("strips", [1, 2, 7])
+def test_strips_that_are_stopped_have_taken_as_many_steps_each(strips: int, threads: int) -> None:
+    """A step may change what the others read, so all end with the tick that one of them has begun."""
+    for stopped_at in range(48):
+        taken, stop = [0] * strips, Event()
+
+        def take(strip: int, step: int, taken: list[int] = taken, at: int = stopped_at, stop: Event = stop) -> None:
+            taken[strip] += 1
+            if step == at:
+                stop.set()
+
+        wavefront = Wavefront(take, strips, 48, 3, stop)
+        assert all_end(wavefront, threads)
+        assert taken == [wavefront.steps] * strips
+        assert wavefront.steps % 3 == 0
+        assert stopped_at < wavefront.steps <= min(stopped_at + 3 + strips, 48)
 
 
 def test_when_one_thread_is_interrupted_the_others_end() -> None:
@@ -141,7 +160,7 @@ def test_when_one_thread_is_interrupted_the_others_end() -> None:
             for each in interrupts:
                 raise each
 
-    assert all_end(Wavefront(take, 4, 48), 3)
+    assert all_end(Wavefront(take, 4, 48, 3, Event()), 3)
 
 
 @pytest.fixture
@@ -182,7 +201,7 @@ def test_without_a_good_library_webassembly_runs(library: Path, spoil: Callable[
     world = ran(crowd(12), 400)
     assert (world.kernels, digest(world)) == ("webassembly", expected)
     with pytest.raises(MotorcadeError) as caught:
-        World(crowd(12), [ROAMING], kernels="native")
+        CrowdedWorld(crowd(12), [ROAMING], kernels="native")
     assert caught.value.code == code
 
 
@@ -206,8 +225,8 @@ def test_a_backend_proves_itself(name: str, monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_words_for_fewer_cars_than_there_are_are_refused() -> None:
-    world = ran(crowd(12), 20)
-    with pytest.raises(ValueError, match="size"):
+    world = ran(crowd(12), 80)
+    with pytest.raises(MotorcadeError, match="48 in all"):
         world.begin_words(bytes(4))
 
 

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade import World
 from motorcade.browser.kernels import BrowserKernels, LinearArray, open_worlds
 from motorcade.engine.simulation import Simulation
 from motorcade.errors import MotorcadeError
@@ -18,7 +17,7 @@ from motorcade.service.world_messages import SetWorld
 from support.linear_instance import MockInstance
 from support.strategies import BRISK
 from support.world_hash import page_hash, state_hash
-from support.worlds import ROAMING, crowd, go
+from support.worlds import ROAMING, CrowdedWorld, crowd, go
 
 TESTS = Path(__file__).parents[1]
 
@@ -31,7 +30,7 @@ def test_a_crowd_in_a_browser_has_the_same_bits_though_its_room_for_events_grows
     profile = replace(BRISK, idle_state_ms=1)
     instance = MockInstance()
     worlds = [
-        World(mat, [two_idle_states], profile, seeds=3, events=True, threads=1, kernels="webassembly"),
+        CrowdedWorld(mat, [two_idle_states], profile, seeds=3, events=True, threads=1, kernels="webassembly"),
         Simulation(mat, [two_idle_states], profile, BrowserKernels(instance), seeds=(3,), events=True),
     ]
     for world in worlds:

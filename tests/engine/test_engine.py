@@ -20,7 +20,7 @@ from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words, words_to_bytes
 from support.plain_world import PlainWorld
 from support.strategies import BRISK, CLASSROOM
-from support.worlds import DURATIONS_MS, Case, cases, contents, crowd, digest, go, ran
+from support.worlds import DURATIONS_MS, Case, CrowdedWorld, cases, contents, crowd, digest, go, ran
 
 SLICES = 5
 FEW = settings(max_examples=max(settings().max_examples // 4, 1))
@@ -66,7 +66,7 @@ def shown_by_plain_world(world: PlainWorld) -> dict[str, list[int]]:
 def counts_of_plain_world(world: PlainWorld) -> dict[str, int]:
     kinds = [kind for _, _, kind, _, _, _ in world.events]
     whys = [LOSS_REASONS[why] for _, _, kind, why, _, _ in world.events if kind == LOST]
-    lost = {f"lost_{why}": whys.count(why) for why in ("collision", "sending", "parity", "reserved", "check")}
+    lost = {f"lost_{why}": whys.count(why) for why in ("collision", "sending", "parity", "reserved", "check", "remote")}
     sent = {"frames": kinds.count(FRAME), "heard": kinds.count(HEARD), "deaf": whys.count("deaf")}
     return sent | lost | {"undetected": world.undetected, "touching_ms": world.touching_ms}
 
@@ -76,7 +76,7 @@ Worlds = World | PlainWorld
 
 def same_in_both(case: Case, acts: Iterable[Callable[[Worlds], object]], slice_ms: int) -> list[tuple[int, ...]]:
     """Do each act in the engine and in the plain world, and compare what happens in the time after it; the events."""
-    engine = World(case.mat, case.images, case.profile, seeds=case.seed, events=True)
+    engine = CrowdedWorld(case.mat, case.images, case.profile, seeds=case.seed, events=True)
     plain = PlainWorld(case.mat, case.images, case.profile, case.seed)
     happened = []
     for act in acts:
@@ -168,7 +168,7 @@ def test_the_crowd_meets_every_case() -> None:
     """Otherwise its digests would prove little."""
     world = ran(crowd(20_000), 1600)
     counts = {name: int(values[0]) for name, values in world.counts().items()}
-    assert {name for name, count in counts.items() if not count} <= {"deaf"}
+    assert {name for name, count in counts.items() if not count} <= {"deaf", "lost_remote"}
     assert np.unique(world.snapshot().wheels).size >= 4
 
 
@@ -188,8 +188,8 @@ def test_slipping_cars_go_on_slipping_while_another_is_moved() -> None:
 @given(cases(tick_ms=20), st.data())
 def test_a_run_is_the_same_at_once_in_slices_by_ticks_or_beside_other_worlds(case: Case, data: st.DataObject) -> None:
     duration_ms, seeds = 2000, [case.seed, 7, 8]
-    once, sliced, stepped = (World(case.mat, case.images, case.profile, seeds=case.seed) for _ in range(3))
-    beside = World(case.mat, case.images, case.profile, seeds=data.draw(st.permutations(seeds)))
+    once, sliced, stepped = (CrowdedWorld(case.mat, case.images, case.profile, seeds=case.seed) for _ in range(3))
+    beside = CrowdedWorld(case.mat, case.images, case.profile, seeds=data.draw(st.permutations(seeds)))
     once.run(duration_ms)
     beside.run(duration_ms)
     while sliced.now_ms < duration_ms:
@@ -239,7 +239,7 @@ def test_driven_cars_stay_driven_when_the_room_for_events_grows() -> None:
     calm, idle = 0x40280000, 0x40000000
     image = b"".join(word.to_bytes(4, "big") for word in (201 << 24, calm, *[idle] * 200))
     profile = replace(BRISK, idle_state_ms=1)
-    told, untold = (World(mat, [image], profile, seeds=3, events=events) for events in (True, False))
+    told, untold = (CrowdedWorld(mat, [image], profile, seeds=3, events=events) for events in (True, False))
     for world in (told, untold):
         world.run(100)
         for car in range(60):

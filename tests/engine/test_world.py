@@ -20,11 +20,12 @@ from motorcade import (
     open_table,
     wait,
 )
+from motorcade.engine.backend import NAMES, BackendName
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Starts
 from support.strategies import CLASSROOM
 from support.tables import FORWARD, LEFT, counted, hearers, leaders, table
-from support.worlds import ROAMING, crowd, digest
+from support.worlds import ROAMING, CrowdedWorld, crowd, digest
 
 
 def test_each_leader_runs_its_own_program() -> None:
@@ -48,7 +49,7 @@ def test_a_hundred_thousand_cars_take_at_most_144_bytes_each() -> None:
         ({"starts": Starts.of([], [])}, 1, "no car"),
         ({}, 0, "give a program"),
         ({}, 256, "up to 255"),
-        ({"tick_ms": 50}, 1, "smaller tick_ms"),
+        ({"tick_ms": 50}, 1, "tick_ms is 50; allowed: a whole number from 1 to 40"),
     ],
 )
 def test_an_impossible_world_is_refused(change: dict, images: int, says: str) -> None:
@@ -74,6 +75,91 @@ def test_a_body_that_can_not_be_simulated_is_refused(body: dict, tick_ms: int, s
 def test_a_world_that_exceeds_the_memory_is_refused() -> None:
     with pytest.raises(MotorcadeError, match="GB of memory"):
         World(open_table([Pose(0, 0)]), [compile_program(Program([wait(1)], None)).image], seeds=range(1 << 31))
+
+
+TWO = Starts.of([Pose(0.5, 0.5), Pose(1.5, 0.5)], [True, False])
+ROOM = Mat("room", TWO, 20, (2.0, 1.0), True, walls=((1.0, 0.0, 1.0, 1.0),), discs=((0.5, 0.8, 0.1),))
+BESIDE = Starts.of([Pose(0.5, 0.5), Pose(0.6, 0.5)], [True, False])
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"starts": BESIDE}, "car 1 starts at .* 0.1 m from car 0"),
+        ({"starts": Starts.of([Pose(0.5, 0.5), Pose(1.05, 0.5)], [True, False])}, r"car 1 starts at .* on wall\[0\]"),
+        ({"starts": Starts.of([Pose(0.5, 0.65), Pose(1.5, 0.5)], [True, False])}, r"car 0 starts at .* on disc\[0\]"),
+        (
+            {"starts": Starts.of([Pose(0.5, 0.5), Pose(1.95, 0.5)], [True, False])},
+            "car 1 starts at .* over the mat's edge",
+        ),
+        ({"polygons": (((1.4, 0.4), (1.6, 0.4), (1.6, 0.6)),)}, r"car 1 starts at .* on polygon\[0\]"),
+        ({"starts": Starts.of([Pose(math.nan, 0.5), Pose(1.5, 0.5)], [True, False])}, "the x of car 0 is nan"),
+    ],
+)
+def test_cars_that_stand_in_something_are_refused(change: dict, says: str) -> None:
+    for kernels in NAMES:
+        with pytest.raises(MotorcadeError, match=says):
+            World(replace(ROOM, **change), [ROAMING], kernels=kernels)
+    world = World(ROOM, [ROAMING])
+    if "starts" in change:
+        with pytest.raises(MotorcadeError, match=says):
+            world.place_cars([change["starts"]])
+
+
+def test_cars_without_bodies_may_stand_in_each_other() -> None:
+    World(replace(ROOM, starts=BESIDE, physics=Physics(collisions=False)), [ROAMING])
+
+
+@pytest.mark.parametrize("kernels", NAMES)
+def test_each_world_may_have_places_of_its_own_for_a_run(kernels: BackendName) -> None:
+    others = Starts.of([Pose(0.3, 0.3, 1), Pose(1.3, 0.3, 2)], [True, False])
+    world = World(ROOM, [ROAMING], seeds=[1, 2], kernels=kernels)
+    moved = World(replace(ROOM, starts=others), [ROAMING], seeds=2, kernels=kernels)
+    alone = World(ROOM, [ROAMING], seeds=1, kernels=kernels)
+    world.place_cars([TWO, others])
+    for each in (world, moved, alone):
+        each.run(200)
+    assert [digest(world, 0), digest(world, 1)] == [digest(alone), digest(moved)]
+    world.reset()
+    assert world.snapshot(1).x_m.tolist() == [0.5, 1.5]
+    world.step()
+    with pytest.raises(MotorcadeError, match="before the first step"):
+        world.place_cars([TWO, TWO])
+
+
+@pytest.mark.parametrize(
+    ("duration_ms", "says"),
+    [(30, "30 ms is less than a tick"), (-100, "duration_ms is -100"), (math.nan, "is nan"), (1.5, "is 1.5")],
+)
+def test_a_time_in_which_nothing_can_happen_is_refused(duration_ms: float, says: str) -> None:
+    cars = leaders([forward(3)], [Pose(0, 0)], tick_ms=40)
+    with pytest.raises(MotorcadeError, match=says):
+        cars.run(duration_ms)
+    assert cars.now_ms == 0
+
+
+def test_numbers_of_numpy_give_the_same_run() -> None:
+    image = compile_program(Program([forward(np.float32(2), speed=np.int64(3))])).image
+    plain = World(replace(open_table(formation(3)), tick_ms=20), [image], seeds=[3, 4])
+    given = World(replace(open_table(formation(np.int64(3))), tick_ms=np.int64(20)), [image], seeds=np.array([3, 4]))
+    plain.run(500)
+    given.run(np.float64(500))
+    assert (digest(given, 1), given.now_ms, type(given.now_ms)) == (digest(plain, 1), 500, int)
+    given.reset(np.array([3.0, 4.0]))
+    assert given.seeds == (3, 4)
+
+
+@pytest.mark.parametrize("seeds", [-1, 1 << 32, 0.5, math.nan, None, "1", [1, -1], [[1, 2]], [], True])
+def test_seeds_that_are_none_are_refused(seeds: object) -> None:
+    with pytest.raises(MotorcadeError, match="seed"):
+        World(open_table([Pose(0, 0)]), [ROAMING], seeds=seeds)  # type: ignore[arg-type]
+
+
+def test_one_image_in_place_of_a_list_is_told_so() -> None:
+    with pytest.raises(MotorcadeError, match=r"write \[image\]"):
+        World(open_table([Pose(0, 0)]), ROAMING)  # type: ignore[arg-type]
+    with pytest.raises(MotorcadeError, match=r"such as compile_program\(program\).image"):
+        World(open_table([Pose(0, 0)]), [compile_program(Program([wait(1)]))])  # type: ignore[list-item]
 
 
 def test_a_moved_car_receives_and_touches_at_its_new_place_at_once() -> None:
@@ -109,7 +195,7 @@ def test_setting_the_environment_changes_the_range_of_infrared() -> None:
 def test_setting_the_environment_before_the_first_tick_equals_building_the_world_so(count: int) -> None:
     given = crowd(count)
     bare = Mat("bare", given.starts, given.tick_ms)
-    built, changed = (World(mat, [ROAMING], seeds=5) for mat in (given, bare))
+    built, changed = (CrowdedWorld(mat, [ROAMING], seeds=5) for mat in (given, bare))
     changed.set_environment(given)
     for cars in (built, changed):
         cars.run(1600)
@@ -122,7 +208,7 @@ def test_setting_the_environment_anew_moves_no_car_that_others_push(wheel_noise:
     starts = Starts.of([Pose(0.1 * (i % 4), 0.1 * (i // 4), i) for i in range(12)], [True] * 12)
     mat = Mat("tight", starts, 20, size_m=(0.6, 0.6), walled=True, physics=Physics(wheel_noise=wheel_noise))
     image = compile_program(Program([forward(3, speed=3)], None)).image
-    left_alone, set_anew = (World(mat, [image], seeds=3) for _ in range(2))
+    left_alone, set_anew = (CrowdedWorld(mat, [image], seeds=3) for _ in range(2))
     for _ in range(6):
         set_anew.set_environment(mat)
         for cars in (left_alone, set_anew):
@@ -140,7 +226,12 @@ def test_a_moved_car_is_found_among_many() -> None:
 
 @pytest.mark.parametrize(
     ("car", "pose", "says"),
-    [(2, Pose(0, 0), "0 to 1"), (-1, Pose(0, 0), "no car -1"), (0, Pose(math.nan, 0), "nan"), (0, Pose(0, 3000), "m")],
+    [
+        (2, Pose(0, 0), "car is 2; allowed: a whole number from 0 to 1"),
+        (-1, Pose(0, 0), "car is -1"),
+        (0, Pose(math.nan, 0), "x is nan"),
+        (0, Pose(0, 3000), "y is 3000; allowed: a number from -2000 to 2000"),
+    ],
 )
 def test_unknown_cars_and_places_are_refused(car: int, pose: Pose, says: str) -> None:
     cars = table([wait(1)], None, [Pose(0, 0), Pose(1, 0)])

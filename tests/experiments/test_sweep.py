@@ -32,6 +32,16 @@ IMAGE = compile_program(Program(leader=[forward(3)], followers=Followers([led(0,
 PASSED_ON = compile_program(Program(leader=[forward(3)], followers=Followers([led(0, 1)], forward=True))).image
 
 
+def test_without_mats_the_only_program_drives_on_its_own():
+    text = f"{HEAD}seconds = 1\n"
+    assert parse_sweep(text, "it.toml").mats == ("empty",)
+    assert parse_sweep(text, "it.toml", lambda program: True).mats == ("a",)
+    named = text.replace('["a"]', '["a"]\nmats = ["empty"]')
+    assert parse_sweep(named, "it.toml", lambda program: True).mats == ("empty",)
+    with pytest.raises(MotorcadeError, match="the project b has a mat of its own, and there are several programs"):
+        parse_sweep(text.replace('["a"]', '["a", "b"]'), "it.toml", lambda program: program == "b")
+
+
 def spec(text="", seconds="1"):
     return parse_sweep(f"{HEAD}seconds = {seconds}\n{text}", "it.toml")
 

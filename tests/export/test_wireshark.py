@@ -1,23 +1,39 @@
 """The dissector in tshark shows what Python decodes."""
 
+import asyncio
 import random
 import struct
 import subprocess
+from binascii import crc32
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 from scripts.exports.wireshark import wireshark
 
+from motorcade.drive.client import DriveClient
 from motorcade.words.field import WordError
-from motorcade.words.formats import CONTROL, DRIVE, FRAME, HEADER
+from motorcade.words.formats import CONTROL, DRIVE, FRAME, HEADER, LIGHTS, switched_by
 from motorcade.words.image import ImageError, bytes_to_words, parse_image_bytes, words_to_bytes
+from motorcade.words.request import car_request, check_request
 from motorcade.words.upload import READBACK_REQUEST, ok_line
+from support.command_line import run
+from support.driven_car import DrivenCar
+from support.fault_proxy import FaultProxy
+from support.rooms import simulated_cars
 from support.waiting import DEADLINE_S
 
 PORT = 5005
 GOOD = [0x128CB000, 0x12ACB000, 0x1284B000, 0x19614000, 0x10000000, 0x1B4FF800]
-BAD = [0x1B500000, 0x20000000, 0x00000000, 0xFFFFFFFF, 0x10000001]
+COMMAND_FIELDS = {
+    word_format: [
+        f"motorcade_{word_format.name}.{name}" for name in ("word", *(field.name for field in word_format.fields))
+    ]
+    for word_format in (DRIVE, LIGHTS)
+}
+LIGHT_CODE = 2
+BAD = [0x1B500000, 0x20000000, 0x00000000, 0xFFFFFFFF, 0x10000001, 0x30000000]
 IMAGE = bytes.fromhex("01020200 64800000 80280000 c0280000")
 SEPARATOR = "|"
 # Of the classic pcap format; TCP segments are in IPv4.
@@ -121,8 +137,29 @@ def test_drive_commands_cut_and_joined_anyhow_show_the_fields_that_python_decode
         sent = [dice.choice(GOOD + BAD) if dice.random() < 0.7 else dice.getrandbits(32) for _ in range(8)]
         words += sent
         packets += segments(pieces_of(words_to_bytes(tuple(sent)), dice), PORT, client_port=10_000 + connection)
-    fields = ["motorcade_drive.word", *filters(DRIVE, "motorcade_drive"), "_ws.expert.message"]
-    assert_shown(dissect(RAW_IP, packets, fields), DRIVE, words, ("allowed", "written"))
+    rows = dissect(RAW_IP, packets, [*COMMAND_FIELDS[DRIVE], *COMMAND_FIELDS[LIGHTS], "_ws.expert.message"])
+    *columns, messages = columns_of(rows, len(rows[0]))
+    for word_format, shown in ((DRIVE, columns[: len(DRIVE.fields) + 1]), (LIGHTS, columns[len(DRIVE.fields) + 1 :])):
+        own = [word for word in words if (word >> 28 == LIGHT_CODE) == (word_format is LIGHTS)]
+        assert [int(text, 16) for text in shown[0]] == own
+        values = [[int(text) for text in column] for column in shown[1:]]
+        assert list(map(list, zip(*values, strict=True))) == [raw_values(word_format, word) for word in own]
+    said = [text for text in messages if "allowed" in text or "written" in text]
+    assert said == [sentence for word in words for sentence in said_of_command(word)]
+
+
+def said_of_command(word):
+    """What Python says of a word that came as a drive command."""
+    if word >> 28 == LIGHT_CODE:
+        return sentences(LIGHTS, word)
+    said = sentences(DRIVE, word)
+    with suppress(WordError):
+        switched_by(word)
+        return said
+    # A code that no command has: all codes are named.
+    with pytest.raises(WordError) as caught:
+        switched_by(word)
+    return [str(caught.value), *said[1:]]
 
 
 def test_neither_a_part_of_a_command_nor_what_the_car_answers_is_shown(dissect):
@@ -224,6 +261,91 @@ def test_uploads_over_tcp_and_their_answers_are_seen_where_one_asks_for_it(disse
     assert words == ["0x64800000", "0x80280000", "0xc0280000"] * 40
     assert len(answers) == 20
     assert answers[0].startswith(f"OK words=4 crc32={ok_line(IMAGE).split(b'=')[-1].decode().strip()}")
+
+
+def test_what_cars_are_asked_is_shown_as_what_it_is(dissect):
+    asked = [car_request(kind, 7 + at, name) for at, (kind, name) in enumerate([("a", ""), ("n", "小红"), ("s", "")])]
+    flipped = bytes([*asked[1][:20], asked[1][20] ^ 1, *asked[1][21:]])
+    sent = [*asked, check_request(0x89ABCDEF, 9), flipped, check_request(1, 2)[:-4] + bytes(4), IMAGE]
+    answers = [b"OK car=a07 name=ada sum=12345678\n", b"ERR cut off after 3 bytes\n"]
+    dice = random.Random(4)
+    packets = segments(pieces_of(b"".join(sent), dice), 7000) + segments([b"".join(answers)], 7000, answers=True)
+    names = ("request.kind", "request.number", "request.name", "check.checksum", "check.number", "answer")
+    fields = [f"motorcade_image.{name}" for name in names]
+    fields += ["motorcade_image.control.word", "_ws.expert.message"]
+    rows = dissect(RAW_IP, packets, fields, "-d", "tcp.port==7000,motorcade_image")
+    kinds, numbers, car_names, checksums, check_numbers, lines, words, messages = columns_of(rows, len(fields))
+    assert kinds == ["who are you", "take a name", "stop", "take a name"]
+    assert numbers == ["07", "08", "09", "08"]
+    assert car_names[0] == "小红"
+    assert checksums[0] == "0x89abcdef"
+    assert check_numbers[0] == "9"
+    assert [line.removesuffix("\\n") for line in lines] == [answer.decode().strip() for answer in answers]
+    assert words == ["0x64800000", "0x80280000", "0xc0280000"]
+    assert [text for text in messages if "changed on the way" in text] == [messages[0]] * 2
+
+
+def recorded(proxy, port, client_port):
+    """What passed through a proxy, as segments in their order."""
+    packets, sent = [], {False: 0, True: 0}
+    for is_answer, chunk in proxy.passed:
+        (packet,) = segments([chunk], port, client_port, is_answer)
+        packets.append(packet[:24] + struct.pack(">I", 1 + sent[is_answer]) + packet[28:])
+        sent[is_answer] += len(chunk)
+    return packets
+
+
+def test_real_uploads_and_requests_are_shown(dissect, tmp_path):
+    """The commands talk to a car, and tshark reads what they said."""
+    image = tmp_path / "own.image"
+    image.write_bytes(IMAGE)
+
+    async def talk(car_port):
+        packets = []
+        commands = [
+            ("upload", image, "--port", "{car}"),
+            ("readback", "--port", "{car}", "-o", tmp_path / "back.image"),
+            ("cars", "blink", "{address}"),
+            ("cars", "stop", "--list", tmp_path / "cars.toml"),
+        ]
+        for number, command in enumerate(commands):
+            async with FaultProxy(car_port) as proxy:
+                (tmp_path / "cars.toml").write_text(f'ada = "127.0.0.1:{proxy.port}"\n', encoding="utf-8")
+                address = f"127.0.0.1:{proxy.port}"
+                typed = [str(word).format(car=f"socket://{address}", address=address) for word in command]
+                ran = await asyncio.to_thread(run, *typed)
+                assert ran.code == 0, ran.err
+                packets += recorded(proxy, 7000, 10_000 + number)
+        return packets
+
+    with simulated_cars(1) as (car,):
+        packets = asyncio.run(talk(int(car.address.rpartition(":")[2])))
+    fields = [f"motorcade_image.{name}" for name in ("request.kind", "check.checksum", "answer", "control.word")]
+    rows = dissect(RAW_IP, packets, [*fields, "motorcade_image.refused"], "-d", "tcp.port==7000,motorcade_image")
+    kinds, checksums, answers, words, refused = columns_of(rows, 5)
+    assert {"who are you", "blink", "stop"} <= {*kinds}
+    assert checksums == [f"0x{crc32(IMAGE):08x}"]
+    assert any(answer.startswith("OK words=4 crc32=") for answer in answers)
+    # Sent, and sent back.
+    assert words == ["0x64800000", "0x80280000", "0xc0280000"] * 2
+    assert refused == []
+
+
+def test_real_driving_with_lights_is_shown(dissect):
+    async def drive(car):
+        async with FaultProxy(car.port) as proxy, FaultProxy(car.telemetry_port) as telemetry:
+            async with DriveClient("127.0.0.1", proxy.port, telemetry_port=telemetry.port) as driver:
+                await driver.drive_for(0.2, 0.5, head_light=1)
+            return recorded(proxy, PORT, 10_000)
+
+    with DrivenCar() as car:
+        packets = asyncio.run(drive(car))
+    fields = ["motorcade_drive.speed", "motorcade_lights.head_light", "motorcade_drive.refused"]
+    rows = dissect(RAW_IP, packets, fields)
+    speeds, lights, refused = columns_of(rows, 3)
+    assert max(map(int, speeds)) > 0
+    assert "1" in lights
+    assert refused == []
 
 
 GARBAGE = [b"", b"\x01", bytes(3), b"GET / HTTP/1.1\r\n\r\n", bytes(range(256)), b"\xff" * 1400]

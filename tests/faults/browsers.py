@@ -7,11 +7,14 @@ from contextlib import suppress
 from typing import Any
 
 HOST = "192.168.1.5:7710"
-_SERVER, _PORT = "server", 7710
+SERVER, PORT = "server", 7710
 # A page gives up a request after so long.
 _PATIENCE_S = 12.0
+# A server closes a connection that is idle; one that is used at that moment would break.
+_IDLE_S = 4.0
 _KEY = "dGhlIHNhbXBsZSBub25jZQ=="
-_TEXT, _PING, _CLOSE = 1, 9, 8
+_TEXT, _BINARY, _PING, _CLOSE = 1, 2, 9, 8
+_ENDS = (OSError, EOFError, TimeoutError, asyncio.IncompleteReadError)
 
 # How a request ended, beside the code of an error.
 DONE, UNKNOWN = "done", "unknown"
@@ -22,23 +25,56 @@ class Browser:
 
     Args:
         seen: called with all bytes that the server has sent to it.
+        address: where it is; None for the process that runs.
+        host: what it calls the server.
+
+    Attributes:
+        cookies, attributes: values and attributes of each cookie, by its name.
+        status: of the last answer.
     """
 
-    def __init__(self, seen: Callable[[bytes], None]) -> None:
+    def __init__(
+        self, seen: Callable[[bytes], None] = lambda data: None, address: str | None = None, host: str = HOST
+    ) -> None:
         self.cookies: dict[str, str] = {}
+        self.attributes: dict[str, str] = {}
+        self.status = 0
+        self._used_s = 0.0
+        self.head: dict[str, str] = {}
+        self.address = address
+        self._host = host
         self._seen = seen
         self._streams: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
 
     async def ask(self, name: str, /, **message: Any) -> tuple[str, Any]:
         """Send a request. Returns DONE and the answer, the code of an error, or UNKNOWN where no answer came."""
+        return await self.post(name, json.dumps(message).encode())
+
+    async def post(self, name: str, body: bytes, headers: str = "") -> tuple[str, Any]:
+        """Send a body."""
+        outcome, data = await self.fetch("POST", f"/api/{name}", body, headers)
+        return outcome, self._decoded(data)
+
+    def _decoded(self, data: bytes) -> Any:
+        return json.loads(data) if self.head.get("content-type") == "application/json" and data else data
+
+    async def fetch(self, method: str, path: str, body: bytes = b"", headers: str = "") -> tuple[str, bytes]:
+        """Send any request; the answer's body comes back as it is."""
         try:
             async with asyncio.timeout(_PATIENCE_S):
-                status, body = await self._exchange(name, json.dumps(message).encode())
-        except (OSError, EOFError, TimeoutError, asyncio.IncompleteReadError):
+                reader, writer = await self._connection()
+                writer.write(self._request(method, path, len(body), headers) + body)
+                return await self._answer(reader, method)
+        except _ENDS:
             self.hang_up()
-            return UNKNOWN, None
-        answer = json.loads(body) if body else None
-        return (DONE, answer) if status == 200 else (answer["error"]["code"], answer)
+            return UNKNOWN, b""
+
+    async def begin(self, name: str, /, **message: Any) -> "LateBody":
+        """Send a request without its body, by a connection of its own."""
+        body = json.dumps(message).encode()
+        reader, writer = await self._connect()
+        writer.write(self._request("POST", f"/api/{name}", len(body), ""))
+        return LateBody(self, reader, writer, body)
 
     def hang_up(self) -> None:
         """Close the connection; the next request begins another one."""
@@ -46,56 +82,201 @@ class Browser:
             self._streams[1].transport.abort()
         self._streams = None
 
-    async def _exchange(self, name: str, body: bytes) -> tuple[int, bytes]:
-        if self._streams is None or self._streams[1].is_closing() or self._streams[0].at_eof():
+    async def _connect(self) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+        at = {"local_addr": (self.address, 0)} if self.address else {}
+        return await asyncio.open_connection(SERVER, PORT, **at)  # type: ignore[arg-type]
+
+    async def _connection(self) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+        now_s = asyncio.get_running_loop().time()
+        is_idle = now_s > self._used_s + _IDLE_S
+        if self._streams is None or self._streams[1].is_closing() or self._streams[0].at_eof() or is_idle:
             self.hang_up()
-            self._streams = await asyncio.open_connection(_SERVER, _PORT)
-        reader, writer = self._streams
-        writer.write(f"POST /api/{name} HTTP/1.1\r\n{self._head()}Content-Length: {len(body)}\r\n\r\n".encode() + body)
+            self._streams = await self._connect()
+        self._used_s = now_s
+        return self._streams
+
+    def _request(self, method: str, path: str, length: int, headers: str) -> bytes:
+        told = f"Content-Length: {length}\r\n" if "Content-Length" not in headers else ""
+        return f"{method} {path} HTTP/1.1\r\n{self._own(headers)}{headers}{told}\r\n".encode()
+
+    async def _answer(self, reader: asyncio.StreamReader, method: str = "POST") -> tuple[str, bytes]:
         head = await reader.readuntil(b"\r\n\r\n")
         self._seen(head)
         lines = head.decode("latin-1").split("\r\n")
-        fields = [line.partition(": ")[::2] for line in lines[1:] if line]
-        length = 0
-        for field, value in fields:
+        self.status, self.head = int(lines[0].split()[1]), {}
+        for field, _, value in (line.partition(": ") for line in lines[1:] if line):
+            self.head[field.lower()] = value
             if field.lower() == "set-cookie":
-                key, _, secret = value.partition(";")[0].partition("=")
-                self.cookies[key] = secret
-            elif field.lower() == "content-length":
-                length = int(value)
-        answer = await reader.readexactly(length)
+                self._keep(value)
+        if self.head.get("transfer-encoding") == "chunked":
+            answer = await _read_chunks(reader)
+        else:
+            answer = await reader.readexactly(0 if method == "HEAD" else int(self.head.get("content-length", "0")))
         self._seen(answer)
-        return int(lines[0].split()[1]), answer
+        if self.status < 400:
+            return DONE, answer
+        return code_of(answer), answer
 
-    def _head(self) -> str:
+    def _keep(self, cookie: str) -> None:
+        value, _, attributes = cookie.partition(";")
+        key, _, secret = value.partition("=")
+        self.attributes[key] = attributes
+        # The server deletes a cookie by an empty value.
+        self.cookies.pop(key, None)
+        if secret.strip('"'):
+            self.cookies[key] = secret
+
+    def _own(self, headers: str = "") -> str:
         cookies = "; ".join(f"{name}={value}" for name, value in self.cookies.items())
-        return f"Host: {HOST}\r\n" + (f"Cookie: {cookies}\r\n" if cookies else "")
+        host = "" if "Host:" in headers else f"Host: {self._host}\r\n"
+        return host + (f"Cookie: {cookies}\r\n" if cookies else "")
 
     async def listen(self, path: str, take: Callable[[dict[str, Any]], None]) -> None:
         """Open a WebSocket, and give each message to ``take`` until it ends. Raises OSError, EOFError."""
-        reader, writer = await asyncio.open_connection(_SERVER, _PORT)
+        page = await self.open(path, take)
+        if page.refused:
+            raise EOFError("refused")
+        await page.read()
+
+    async def open(
+        self, path: str, take: Callable[[dict[str, Any]], None] = lambda message: None, headers: str = ""
+    ) -> "Page":
+        """Open a WebSocket below /api/, or elsewhere with a path that begins with a slash. Raises OSError, EOFError."""
+        reader, writer = await self._connect()
+        upgrade = f"Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: {_KEY}\r\n"
+        where = path if path.startswith("/") else f"/api/{path}"
+        own = self._own(headers)
+        writer.write(f"GET {where} HTTP/1.1\r\n{own}{headers}{upgrade}Sec-WebSocket-Version: 13\r\n\r\n".encode())
         try:
-            upgrade = f"Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: {_KEY}\r\n"
-            writer.write(
-                f"GET /api/{path} HTTP/1.1\r\n{self._head()}{upgrade}Sec-WebSocket-Version: 13\r\n\r\n".encode()
-            )
             head = await reader.readuntil(b"\r\n\r\n")
-            if b" 101 " not in head:
-                raise EOFError("refused")
+            if b" 101 " in head.split(b"\r\n")[0]:
+                return Page(reader, writer, take, self._seen)
+            length = int(head.lower().partition(b"content-length: ")[2].split(b"\r\n")[0] or 0)
+            answer = await reader.readexactly(length)
+        except asyncio.IncompleteReadError:
+            writer.transport.abort()
+            raise EOFError("ended") from None
+        writer.transport.abort()
+        return Page(reader, writer, take, self._seen, code_of(answer))
+
+
+def code_of(answer: bytes) -> str:
+    """The code of the error that an answer has."""
+    try:
+        return str(json.loads(answer)["error"]["code"])
+    except (ValueError, KeyError, TypeError):
+        return "no-json"
+
+
+class LateBody:
+    """A request whose body waits."""
+
+    def __init__(
+        self, browser: Browser, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, body: bytes
+    ) -> None:
+        self._browser, self._reader, self._writer, self._body = browser, reader, writer, body
+
+    async def end(self) -> tuple[str, Any]:
+        """Send the body. Returns how the request ended, as `Browser.ask` does."""
+        try:
+            async with asyncio.timeout(_PATIENCE_S):
+                self._writer.write(self._body)
+                outcome, data = await self._browser._answer(self._reader)
+        except _ENDS:
+            return UNKNOWN, None
+        finally:
+            self._writer.transport.abort()
+        return outcome, self._browser._decoded(data)
+
+
+class Page:
+    """A WebSocket of a page.
+
+    Attributes:
+        refused: the code with which it wasn't opened; "" where it was.
+        messages: what came, the newest last; at most some.
+        pictures: how many binary messages came.
+        has_ended: whether the server has ended it.
+    """
+
+    def __init__(
+        self,
+        reader: asyncio.StreamReader,
+        writer: asyncio.StreamWriter,
+        take: Callable[[dict[str, Any]], None],
+        seen: Callable[[bytes], None],
+        refused: str = "",
+    ) -> None:
+        self._reader, self._writer, self._take, self._seen = reader, writer, take, seen
+        self.refused = refused
+        self.messages: list[dict[str, Any]] = []
+        self.pictures = 0
+        self.has_ended = bool(refused)
+        self._reading: asyncio.Task[None] | None = None
+
+    def follow(self) -> "Page":
+        """Read beside the present task until it ends."""
+
+        async def follow() -> None:
+            with suppress(OSError, EOFError):
+                await self.read()
+
+        if not self.refused:
+            self._reading = asyncio.create_task(follow())
+        return self
+
+    async def read(self) -> None:
+        """Read until it ends. Raises OSError, EOFError."""
+        try:
             while True:
-                opcode, data = await _read_frame(reader)
+                opcode, data = await _read_frame(self._reader)
                 self._seen(data)
                 if opcode == _PING:
-                    writer.write(_masked(10, data))
+                    self._writer.write(_masked(10, data))
                 elif opcode == _CLOSE:
                     raise EOFError("closed")
+                elif opcode == _BINARY:
+                    self.pictures += 1
                 elif opcode == _TEXT:
-                    take(json.loads(data))
+                    message = json.loads(data)
+                    self.messages = [*self.messages[-200:], message]
+                    self._take(message)
         except asyncio.IncompleteReadError:
             raise EOFError("ended") from None
         finally:
+            self.has_ended = True
             with suppress(RuntimeError):
-                writer.transport.abort()
+                self._writer.transport.abort()
+
+    def send(self, message: Any, opcode: int = _TEXT) -> None:
+        """Send a message as JSON, or bytes as they are."""
+        data = message if isinstance(message, bytes) else json.dumps(message).encode()
+        if not self._writer.is_closing():
+            self._writer.write(_masked(opcode, data))
+
+    def codes(self) -> list[str]:
+        """The codes of all errors that it was sent."""
+        return [each["code"] for each in self.messages if each.get("is") == "error"]
+
+    def newest(self, kind: str) -> dict[str, Any] | None:
+        """The newest message of a kind."""
+        return next((each for each in reversed(self.messages) if each.get("is") == kind), None)
+
+    def close(self) -> None:
+        """Leave."""
+        if self._reading:
+            self._reading.cancel()
+        with suppress(RuntimeError):
+            self._writer.transport.abort()
+        self.has_ended = True
+
+
+async def _read_chunks(reader: asyncio.StreamReader) -> bytes:
+    data = b""
+    while size := int(await reader.readuntil(b"\r\n"), 16):
+        data += (await reader.readexactly(size + 2))[:-2]
+    await reader.readexactly(2)
+    return data
 
 
 async def _read_frame(reader: asyncio.StreamReader) -> tuple[int, bytes]:
@@ -108,4 +289,11 @@ async def _read_frame(reader: asyncio.StreamReader) -> tuple[int, bytes]:
 
 
 def _masked(opcode: int, data: bytes) -> bytes:
-    return bytes((0x80 | opcode, 0x80 | len(data), 0, 0, 0, 0)) + data
+    size = len(data)
+    if size < 126:
+        head = bytes((0x80 | opcode, 0x80 | size))
+    elif size < 1 << 16:
+        head = bytes((0x80 | opcode, 0x80 | 126)) + size.to_bytes(2, "big")
+    else:
+        head = bytes((0x80 | opcode, 0x80 | 127)) + size.to_bytes(8, "big")
+    return head + bytes(4) + data

@@ -18,6 +18,7 @@ from tests.faults.system import Replaced, in_threads, on_disk, replaced
 from tests.faults.world import Faults, Lock, Process, World
 
 from motorcade.classroom import folder as class_folder
+from motorcade.classroom import names as class_names
 from motorcade.classroom import running as class_running
 from motorcade.classroom.app import make_class_app
 from motorcade.classroom.folder import RECORD, ClassFolder
@@ -25,6 +26,7 @@ from motorcade.classroom.network import Network as ClassNetwork
 from motorcade.classroom.record import from_bytes, new_record, to_bytes
 from motorcade.classroom.running import ClassServerSettings
 from motorcade.errors import MotorcadeError
+from motorcade.server.fleet import RemoteCar
 from motorcade.server.running import serving
 from motorcade.server.studio import workers
 from motorcade.service.requests import respond
@@ -40,8 +42,13 @@ _SALT = b"salt of the test"
 _STORED = f"scrypt:2:{_SALT.hex()}:{hashlib.scrypt(PASSWORD.encode(), salt=_SALT, n=2, r=8, p=1).hex()}"
 
 
-class Class:
-    """One run."""
+class ClassComputer:
+    """The computer of a class: its disk, its network and its server, which is started again whenever it ends.
+
+    Attributes:
+        wall_s: so far its calendar is from its clock: somebody may set it.
+        cars: the real cars that pupils may drive.
+    """
 
     def __init__(self, room: World) -> None:
         self.world = room
@@ -54,13 +61,9 @@ class Class:
         self.server: Process | None = None
         self.loop: SimulatedLoop | None = None
         self.code = ""
-        self.has_checked: set[int] = set()
-        self._calm_s = 0.0
-        self.teacher = TeacherMember(self)
-        self.pupils = [PupilMember(self, number) for number in range(4)]
-        self.strangers = [Stranger(self, f"stranger {number}") for number in range(2) if random.random() < 0.15]
-        for member in (self.teacher, *self.pupils, *self.strangers):
-            self.network.link(member.name, random.choice((0.002, 0.01)), random.choice((0.0, 0.01)))
+        self._calm_s = self.wall_s = 0.0
+        self.cars: tuple[RemoteCar, ...] = ()
+        self.first_key: str | None = None
 
     def is_calm(self) -> bool:
         """Whether the server has run undisturbed for a while, whatever its disk does."""
@@ -111,13 +114,21 @@ class Class:
 
         async def serve() -> None:
             here = ClassNetwork(["192.168.1.5"], _PORT)
-            times = {"clock": loop.time, "unix_s": loop.time}
+            times = {"clock": loop.time, "unix_s": lambda: loop.time() + self.wall_s}
             files = ClassFolder(self.folder)
             try:
-                settings = ClassServerSettings(library=self.folder, page=_PAGE, port=_PORT, network=here, **times)  # type: ignore[arg-type]
+                settings = ClassServerSettings(
+                    library=self.folder,  # type: ignore[arg-type]
+                    page=_PAGE,
+                    port=_PORT,
+                    network=here,
+                    cars=self.cars,
+                    first_key=self.first_key,
+                    **times,  # type: ignore[arg-type]
+                )
                 app = make_class_app(settings, files)
             except MotorcadeError as problem:
-                self.world.keep("class-whole", problem.code == "cant-read", problem)
+                self.refused(problem)
                 process.end()
                 return
             listener: Any = self.network.listen(process, "server", _PORT)
@@ -125,6 +136,10 @@ class Class:
                 await asyncio.Event().wait()
 
         loop.run(serve)
+
+    def refused(self, problem: MotorcadeError) -> None:
+        """The server doesn't start."""
+        self.world.keep("class-whole", problem.code == "cant-read", problem)
 
     def kill(self, is_power: bool) -> None:
         """Kill the server, or cut the computer's power."""
@@ -135,6 +150,53 @@ class Class:
         self.server.end()
         if is_power:
             self.disk.lose_power()
+
+    def begin(self, stored: str = _STORED) -> None:
+        """Prepare the folder of a class whose teacher has a password, unless none is ``stored``."""
+        record = new_record(self.random.randrange)
+        record.password = stored or None
+        self.code = record.code
+        self.disk.create(self.folder, True)
+        self.disk.create(self.folder / RECORD, False).data = to_bytes(record)
+        self.disk.settle()
+        self.disk.after = self._check_disk
+
+    def names(self) -> Replaced:
+        random = self.random
+
+        def answered(name: str, data: bytes, context: Any, most_s: float, given_up: Any) -> bytes:
+            return respond(name, data, context)
+
+        return (
+            on_disk(self.disk)
+            | in_threads()
+            | {
+                (class_folder, "Lock"): Lock,
+                (class_folder, "shutil"): SimpleNamespace(rmtree=self._remove_tree),
+                (class_running, "secrets"): SimpleNamespace(
+                    randbelow=random.randrange, token_urlsafe=lambda count: random.randbytes(count).hex()
+                ),
+                (class_names, "_COST"): 2,
+                (workers, "answer_in_process"): answered,
+                # No process is started ahead.
+                (workers, "_waiting"): [None],
+                (uvicorn.Config, "configure_logging"): lambda config: None,
+            }
+        )
+
+
+class Class(ClassComputer):
+    """One run: the computer, its members, and what goes wrong."""
+
+    def __init__(self, room: World) -> None:
+        super().__init__(room)
+        random = self.random
+        self.has_checked: set[int] = set()
+        self.teacher = TeacherMember(self)
+        self.pupils = [PupilMember(self, number) for number in range(4)]
+        self.strangers = [Stranger(self, f"stranger {number}") for number in range(2) if random.random() < 0.15]
+        for member in (self.teacher, *self.pupils, *self.strangers):
+            self.network.link(member.name, random.choice((0.002, 0.01)), random.choice((0.0, 0.01)))
 
     # Faults.
 
@@ -182,38 +244,6 @@ class Class:
             stranger.process.end()
         if self.random.random() < 0.5:
             self.kill(self.random.random() < 0.7)
-
-    def begin(self) -> None:
-        """Prepare the folder of a class whose teacher has a password."""
-        record = new_record(self.random.randrange)
-        record.password = _STORED
-        self.code = record.code
-        self.disk.create(self.folder, True)
-        self.disk.create(self.folder / RECORD, False).data = to_bytes(record)
-        self.disk.settle()
-        self.disk.after = self._check_disk
-
-    def names(self) -> Replaced:
-        random = self.random
-
-        def answered(name: str, data: bytes, context: Any, most_s: float, given_up: Any) -> bytes:
-            return respond(name, data, context)
-
-        return (
-            on_disk(self.disk)
-            | in_threads()
-            | {
-                (class_folder, "Lock"): Lock,
-                (class_folder, "shutil"): SimpleNamespace(rmtree=self._remove_tree),
-                (class_running, "secrets"): SimpleNamespace(
-                    randbelow=random.randrange, token_urlsafe=lambda count: random.randbytes(count).hex()
-                ),
-                (workers, "answer_in_process"): answered,
-                # No process is started ahead.
-                (workers, "_waiting"): [None],
-                (uvicorn.Config, "configure_logging"): lambda config: None,
-            }
-        )
 
 
 def run_class(room: World) -> None:

@@ -253,7 +253,13 @@ class DiskPath(PurePosixPath):
     def stat(self) -> Any:
         node = self.disk.find(self)
         mode = (stat.S_IFDIR | 0o700) if node.is_folder else (stat.S_IFREG | 0o600)
-        return SimpleNamespace(st_mode=mode, st_size=len(node.data), st_mtime=node.changed_s)
+        return SimpleNamespace(
+            st_mode=mode,
+            st_size=len(node.data),
+            st_mtime=node.changed_s,
+            st_mtime_ns=int(node.changed_s * 1e9),
+            st_ino=node.last,
+        )
 
     def chmod(self, mode: int) -> None:
         self.disk.find(self)
@@ -314,11 +320,8 @@ class DiskPath(PurePosixPath):
     rename = replace
 
     def read_bytes(self) -> bytes:
-        self.disk.begin("read")
-        node = self.disk.find(self)
-        if node.is_folder:
-            raise _error(EISDIR, self)
-        return node.data
+        with self.open("rb") as file:
+            return file.read()
 
     def read_text(self, encoding: str = "utf-8", errors: str = "strict") -> str:
         return self.read_bytes().decode(encoding, errors)
@@ -335,6 +338,8 @@ class DiskPath(PurePosixPath):
         if not self.exists() and "r" not in mode:
             self.disk.create(self, False)
         node = self.disk.find(self)
+        if node.is_folder:
+            raise _error(EISDIR, self)
         if "w" in mode:
             node.data = b""
         return _File(self, node, len(node.data) if "a" in mode else 0)
@@ -345,6 +350,13 @@ class _File(io.RawIOBase):
         self._path = path
         self._node = node
         self._at = at
+
+    def read(self, size: int = -1) -> bytes:
+        self._path.disk.begin("read")
+        end = len(self._node.data) if size < 0 else self._at + size
+        data = self._node.data[self._at : end]
+        self._at += len(data)
+        return data
 
     def writable(self) -> bool:
         return True

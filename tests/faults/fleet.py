@@ -2,24 +2,30 @@
 
 import asyncio
 import sys
+from binascii import crc32
 from contextlib import suppress
 from random import Random
 from types import SimpleNamespace
+from typing import Any
 
 from tests.faults.disk import Disk
+from tests.faults.liars import URLS, Liar, Moved, Opened, announcements, check_text, check_work
 from tests.faults.loop import SimulatedLoop
 from tests.faults.network import Network, Socket
+from tests.faults.ports import check_places
 from tests.faults.room_cars import BACK_S, PORT, STOP_S, RoomCar, moving_image, multicast
 from tests.faults.system import Replaced, Time, on_disk, replaced
 from tests.faults.world import Faults, Process, World, here
 
 from motorcade.boards import lines as car_lines
+from motorcade.boards.computer import sealed
 from motorcade.errors import MotorcadeError
 from motorcade.fleet import cars as fleet_cars
 from motorcade.fleet import contact as fleet_contact
 from motorcade.fleet import link as fleet_link
 from motorcade.fleet.cars import ALL, Cars, Finder
-from motorcade.fleet.places import network_place
+from motorcade.fleet.places import CAR, Place, network_place
+from motorcade.upload import serial_port
 from motorcade.upload.transfer import EITHER, NEW, OLD
 from motorcade.words.request import BLINK, GO, NAME, REQUEST_BYTES, STOP, read_request
 
@@ -30,7 +36,7 @@ _LOAD_S = 4.0
 _MOST_LOAD_S = 60.0
 # For a car that is switched off meanwhile: 5 s for it to be back.
 _DEAD_S = 7.0
-_MOST_OF_A_HOST, _STRANGE_HOST = 64, "10.0.1.66"
+_STRANGE_HOST = "10.0.1.66"
 
 
 class Fleet:
@@ -45,6 +51,7 @@ class Fleet:
         self.disk.root.entries["var"] = self.disk.create(self.folder, True)
         self.network = Network(room)
         self.network.watch = self._connected
+        self.network.knocks = self._knocks
         self.cars = [RoomCar(self, number) for number in range(random.randint(2, 5))]
         self.disk.settle()
         self.disk.after = self._check_disk
@@ -52,12 +59,26 @@ class Fleet:
             delay_s, jitter_s = random.choice((0.002, 0.02)), random.choice((0.0, 0.02))
             self.network.link(f"teacher to {car.host}", delay_s, jitter_s, random.choice((0, 0, 0, 0.02)))
         self.network.link("teacher", 0.002)
+        self._came_bytes = 0
         # The list names some cars; the others announce themselves.
         self.listed = random.randint(0, len(self.cars))
-        self.announced = [(f"car {each.number}.", each.host, PORT) for each in self.cars[self.listed :]]
+        self.announced = [(f"car {each.number}.", each.host, PORT, CAR) for each in self.cars[self.listed :]]
         if random.random() < 0.1:
             self.world.count("stranger")
-            self.announced += [(f"strange {number}.", _STRANGE_HOST, 2000 + number) for number in range(90)]
+            self.announced += [(f"strange {number}.", _STRANGE_HOST, 2000 + number, CAR) for number in range(90)]
+        # A draw of its own: without it the other seeds would be other runs.
+        hostile = Random(f"{room.seed} hostile")
+        self.spoofs, self.is_flood = [], False
+        self.liars: list[Liar] = []
+        if hostile.random() < 0.4:
+            self.spoofs, self.is_flood = announcements(self)
+        if hostile.random() < 0.35:
+            self.liars = [Liar(self, f"10.0.3.{number}", "car-0") for number in range(hostile.randint(1, 2))]
+            self.announced += [(f"liar {each.host}.", each.host, PORT, CAR) for each in self.liars]
+        # Some are announced before the cars, some behind them.
+        self.announced = [*self.spoofs[::2], *self.announced, *self.spoofs[1::2]]
+        self.urls = [url for url in URLS if hostile.random() < 0.05]
+        room.checks.append(check_work(room, lambda: self._came_bytes))
         self.disk.fail_at = {random.randrange(1, 60) for _ in range(random.choice((0, 0, 1, 3)))}
         self.disk.slow_s = random.choice((0.0, 0.0, 0.1))
         self.teacher: Process | None = None
@@ -75,7 +96,9 @@ class Fleet:
     def _check_disk(self) -> None:
         for car in self.cars:
             for content in self.disk.possible(car.path):
-                self.world.keep("image-whole", content in car.known, "{!r} may be left", content)
+                self.world.keep(
+                    "image-whole", content in [sealed(image) for image in car.known], "{!r} may be left", content
+                )
 
     # The network.
 
@@ -96,6 +119,20 @@ class Fleet:
                 self.world.keep("away-first", is_first, f"{host} gets {data[:60]!r} before {order}")
 
         socket.tap = tap
+        if name == "teacher":
+            socket.make = self._counted
+
+    def _knocks(self, name: str, host: str, port: int) -> None:
+        self.world.keep("near-only", host.startswith("10."), f"{name} connects to {host}")
+
+    def _counted(self, data: bytes) -> bytes:
+        self._came_bytes += len(data)
+        return Moved(data)
+
+    def contact_of(self, fleet: Cars, car: RoomCar) -> Any:
+        """What the program knows of a car at its own place; None where it hasn't found that."""
+        here = [each for each in fleet.contacts.values() if (each.place.host, each.place.port) == (car.host, car.port)]
+        return next((each for each in here if each.place.kind == CAR), None)
 
     # The computer of the teacher.
 
@@ -108,11 +145,13 @@ class Fleet:
         self.world.note("teacher")
 
         async def main() -> None:
-            places = [network_place(each.host, PORT) for each in self.cars[: self.listed]]
+            places = [network_place(each.host, PORT, f"list-{each.number}") for each in self.cars[: self.listed]]
+            places += [Place(url) for url in self.urls]
             async with Cars(places) as fleet, Finder(fleet).looking():
                 self.fleet = fleet
                 begin_s = self.world.now_s
                 await fleet.known(3.0)
+                self.check_names(fleet)
                 is_soon = self.world.now_s < begin_s + 3.3 or process.frozen_until_s > begin_s
                 self.world.keep("nobody-waits", is_soon, "for those that don't answer")
                 while not self.world.is_healed:
@@ -162,9 +201,37 @@ class Fleet:
                 car.stop_due = self.world.now_s, self.world.now_s + STOP_S + 6 * self.disk.slow_s
         fleet.order(kind)
 
+    def check_names(self, fleet: Cars) -> None:
+        """What somebody wrote counts before what a stranger says, and no text of a stranger changes a line."""
+        for car in self.cars[: self.listed]:
+            (found,) = fleet.named([f"list-{car.number}"])
+            self.world.keep("safe-text", found.place.host == car.host, f"list-{car.number} is {found.place}")
+        for car in self.cars:
+            contact = self.contact_of(fleet, car)
+            if contact is not None and not contact.status().away:
+                self._check_name(fleet, car, contact)
+        for status in fleet.statuses():
+            for text in status[:1] + status[4:8]:
+                check_text(self.world, status.where, text)
+            if status.problem:
+                check_text(self.world, status.where, str(status.problem)[:300])
+
+    def _check_name(self, fleet: Cars, car: RoomCar, contact: Any) -> None:
+        """A car is found by its address and by its name, unless another one says that it has that name."""
+        (found,) = fleet.named([contact.place.address])
+        self.world.keep("found", found is contact, f"{contact.place.address} is {found.place}")
+        alike = [each for each in fleet.contacts.values() if each.name == car.name and not each.status().away]
+        try:
+            (found,) = fleet.named([car.name])
+        except MotorcadeError as problem:
+            is_right = problem.code in ("name-of-two-cars", "no-such-car") and len(alike) != 1
+            self.world.keep("found", is_right, f"{car.name}: {problem.code}, though {len(alike)} have that name")
+        else:
+            self.world.keep("found", found.place.host == car.host or bool(self.liars), f"{car.name} is {found.place}")
+
     def _is_reached(self, fleet: Cars, car: RoomCar) -> bool:
         """Whether the car has answered and nothing has disturbed it since."""
-        contact = fleet.contacts.get(f"{car.host}:{PORT}")
+        contact = self.contact_of(fleet, car)
         return contact is not None and not contact.status().away and car.is_quiet(self.world.now_s - 2.0)
 
     async def _load(self, fleet: Cars, image: bytes) -> None:
@@ -211,10 +278,12 @@ class Fleet:
     async def _end(self, fleet: Cars) -> None:
         """All faults have ended: all cars are found, stopped and loaded."""
         await asyncio.sleep(BACK_S)
-        known = {each for each in fleet.contacts if each.startswith("10.0.0.")}
-        self.world.keep("found", len(known) == len(self.cars), f"only {known}")
-        strange = sum(each.startswith(_STRANGE_HOST) for each in fleet.contacts)
-        self.world.keep("found", strange <= _MOST_OF_A_HOST, f"{strange} places of one host")
+        found = [car for car in self.cars if self.contact_of(fleet, car)]
+        missing = [car.name for car in self.cars if car not in found]
+        self.world.keep("found", not missing, f"{missing} of {list(fleet.contacts)}")
+        self.world.keep("found", self.is_flood or fleet.problem is None, "the list isn't whole")
+        known = {self.contact_of(fleet, car).place.address for car in found}
+        self.check_names(fleet)
         fleet.order(STOP)
         wanting = [each for each in await fleet.confirmed(BACK_S) if each.where in known]
         self.world.keep("away-first", not wanting, f"{wanting} aren't stopped")
@@ -222,11 +291,22 @@ class Fleet:
         for car in self.cars:
             car.known.add(image)
         verdicts = {each.where: each.holds for each in await fleet.load(image, [ALL])}
-        for car in self.cars:
-            holds = verdicts[f"{car.host}:{PORT}"]
+        statuses = {each.where: each for each in fleet.statuses()}
+        for car in found:
+            self._check_status(car, statuses[self.contact_of(fleet, car).place.address], image)
+            holds = verdicts[self.contact_of(fleet, car).place.address]
             self.world.keep("verified", holds == NEW and car.holds() == image, f"{car.name} after all faults: {holds}")
             self.world.keep("stop-holds", car.speed == 0, f"{car.name} moves at the end")
         self.world.is_over = True
+
+    def _check_status(self, car: RoomCar, status: Any, image: bytes) -> None:
+        """The table shows what a car says of itself."""
+        shown = status.name, status.number, status.role, status.board, status.state, status.away
+        known = car.name, car.number, "leader", "simulated", "stopped", False
+        self.world.keep("found", shown == known, f"{shown} in place of {known}")
+        # What it holds is told by a heartbeat after the load.
+        holds = {f"{crc32(each):08x}" for each in (image, *car.stored[-2:])}
+        self.world.keep("found", status.crc32 in holds, f"{car.name} holds {status.crc32}, not {holds}")
 
     # Faults.
 
@@ -312,6 +392,7 @@ class Fleet:
             (fleet_link, "monotonic_ms"): lambda: int(Time.monotonic() * 1000),
             (fleet_link, "secrets"): ticks,
             (fleet_cars, "ports"): list,
+            (serial_port, "serial"): Opened(),
             (car_lines, "listen"): lambda host, port: self.network.listen(here(), host, port),
         }
 
@@ -328,6 +409,7 @@ def run_fleet(room: World) -> None:
             room.checks.append(run_.check)
             run_.plan()
             run_.start_teacher()
+            check_places(room, run_.random)
             room.run(300.0)
             room.keep("goes-on", room.is_over, "the last load never ended")
     finally:

@@ -121,10 +121,10 @@ class SimulatedLoop(BaseSelectorEventLoop):
     # Sockets.
 
     async def create_connection(self, protocol_factory, host=None, port=None, **options):  # type: ignore[no-untyped-def, override]
-        assert not options.get("ssl"), "TLS isn't simulated"
         waiting = self.create_future()
 
-        self.network.connect(self.process, host, port, partial(self._found, waiting))
+        name = (options.get("local_addr") or [self.process.name])[0]
+        self.network.connect(self.process, host, port, partial(self._found, waiting), name)
         try:
             socket = await waiting
         except asyncio.CancelledError:
@@ -134,6 +134,10 @@ class SimulatedLoop(BaseSelectorEventLoop):
         finally:
             # Its error refers to this call, so it would wait for the garbage collector.
             del waiting
+        if tls := options.get("ssl"):
+            limits = {name: options.get(name) for name in ("ssl_handshake_timeout", "ssl_shutdown_timeout")}
+            name = options.get("server_hostname") or host
+            return await self._create_connection_transport(socket, protocol_factory, tls, name, **limits)  # type: ignore[attr-defined]
         return await self.connect_accepted_socket(protocol_factory, socket)
 
     def _found(self, waiting: "Future[Socket]", found: Socket | OSError) -> None:

@@ -102,10 +102,13 @@ class Socket(File):
         self.peer: Socket | None = None
         self.received = bytearray()
         self.has_ended = False
+        self.came_bytes = 0
         self.error = 0
         self.is_closed = False
         self.ended: Callable[[], None] = lambda: None
         self.tap: Callable[[bytes], None] | None = None
+        # Makes the bytes that a program reads.
+        self.make: Callable[[bytes], bytes] = bytes
         self.options: dict[tuple[int, int], int] = {}
         self._chance = Random(f"{self.world.seed} {address} {network.opened}")
         # What is under way, the oldest first, and when the last of it arrives; None is the end.
@@ -149,7 +152,7 @@ class Socket(File):
     def recv(self, count: int, flags: int = 0) -> bytes:
         """What has come, at most so much; b"" at the end. Raises OSError, and BlockingIOError where nothing has."""
         if self.received:
-            data = bytes(self.received[:count])
+            data = self.make(self.received[:count])
             if not flags:
                 self.skip(len(data))
             return data
@@ -244,6 +247,7 @@ class Socket(File):
                 self.world.after(self.link.delay_s, lambda: self.fail(ECONNRESET))
                 return
             peer.received += data
+            peer.came_bytes += len(data)
         if not peer.is_closed:
             peer.changed()
 
@@ -330,6 +334,8 @@ class Network:
         self.listening: dict[tuple[str, int], ListeningSocket] = {}
         # Told of each connection: its name, its port, and the client's end.
         self.watch: Callable[[str, int, Socket], None] = lambda name, port, socket: None
+        # Told of each try: who tries, and where.
+        self.knocks: Callable[[str, str, int], None] = lambda name, host, port: None
         self.opened = 0
 
     def link(self, host: str, delay_s: float, jitter_s: float = 0.0, loss: float = 0.0) -> Link:
@@ -343,12 +349,16 @@ class Network:
         self.listening[host, port] = socket
         return socket
 
-    def connect(self, process: Process, host: str, port: int, done: Connected) -> None:
-        """Connect a process, whose name is its computer's, to an address; ``done`` gets the socket, or why not."""
-        world, to = self.world, (host, port)
-        link = self.links.get(f"{process.name} to {host}") or self.links[process.name]
+    def connect(self, process: Process, host: str, port: int, done: Connected, name: str = "") -> None:
+        """Connect a process to an address; ``done`` gets the socket, or why not.
+
+        ``name`` is that of its computer: the process's own unless given.
+        """
+        world, to, name = self.world, (host, port), name or process.name
+        self.knocks(name, host, port)
+        link = self.links.get(f"{name} to {host}") or self.links.get(name) or self.links[process.name]
         self.opened += 1
-        address = process.name, 40_000 + self.opened
+        address = name, 40_000 + self.opened
         chance, end_s = Random(f"{world.seed} connects {address}"), world.now_s + _CONNECT_S
 
         def knock() -> None:
@@ -373,7 +383,7 @@ class Network:
                     socket.close()
                 world.after(1.0, knock)
                 return
-            self.watch(process.name, port, ours)
+            self.watch(name, port, ours)
             world.at(link.arrival_s(chance), done, ours)
 
         world.at(link.arrival_s(chance), knock)

@@ -12,10 +12,9 @@ from tests.faults.system import Time
 from tests.faults.uploads import drawn_image
 from tests.faults.world import Process
 
-from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore, StoreError, run
+from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore, StoreError, run, sealed, unsealed
 from motorcade.boards.lines import TcpPort
 from motorcade.config.profile import built_in_profile, levels_of
-from motorcade.fleet.places import CAR
 from motorcade.words.image import Image, image_words, words_to_bytes
 from motorcade.words.request import GO, STOP, read_request
 from motorcade.words.upload import NO_PROGRAM
@@ -66,11 +65,11 @@ class RoomCar:
     def __init__(self, room: Any, number: int) -> None:
         self.room = room
         self.number = number
-        self.host = f"10.0.0.{number + 2}"
+        self.host, self.port = f"10.0.0.{number + 2}", PORT
         self.folder = room.folder / f"car{number}"
         self.path = self.folder / "car.image"
         first = moving_image(room.random)
-        self.known: set[bytes | None] = {first}
+        self.known: set[bytes] = {first}
         self.stored: list[bytes] = [first]
         self.stored_s = self.quiet_since_s = 0.0
         self.failed_late_s = self.ended_s = self.on_s = -1.0
@@ -82,7 +81,7 @@ class RoomCar:
         self.stop_due: tuple[float, float] | None = None
         self.process: Process | None = None
         room.disk.create(self.folder, True)
-        room.disk.create(self.path, False).data = first
+        room.disk.create(self.path, False).data = sealed(first)
 
     @property
     def link(self) -> Link:
@@ -102,7 +101,7 @@ class RoomCar:
 
     def holds(self) -> bytes:
         try:
-            return self.room.disk.find(self.path).data
+            return unsealed(self.room.disk.find(self.path).data)
         except OSError:
             return NO_PROGRAM
 
@@ -196,9 +195,9 @@ class RoomCar:
             self.stop_due = None
 
 
-def multicast(places: Sequence[tuple[str, str, int]], random: Random) -> dict[str, ModuleType]:
-    """`zeroconf`, as far as cars are found by it: it tells what ``places`` has: names, hosts and ports."""
-    announced = {name: (host, port) for name, host, port in places}
+def multicast(places: Sequence[tuple[str, str, int, str]], random: Random) -> dict[str, ModuleType]:
+    """`zeroconf`, as far as cars are found by it: it tells what ``places`` has: names, hosts, ports, kinds."""
+    announced = {name: place for name, *place in places}
 
     class Network:
         zeroconf = None
@@ -222,8 +221,8 @@ def multicast(places: Sequence[tuple[str, str, int]], random: Random) -> dict[st
 
     class Info:
         def __init__(self, service: str, name: str) -> None:
-            self._host, self.port = announced[name]
-            self.decoded_properties = {"kind": CAR, "name": ""}
+            self._host, self.port, kind = announced[name]
+            self.decoded_properties = {"kind": kind, "name": name}
 
         async def async_request(self, network: object, timeout_ms: int) -> bool:
             await asyncio.sleep(0.01)

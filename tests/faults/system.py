@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from types import SimpleNamespace
 from typing import Any
 
-from anyio import CancelScope
+from anyio import CancelScope, from_thread
 from anyio._backends._asyncio import AsyncIOBackend
 from tests.faults.disk import Disk
 from tests.faults.world import Event, Lock, Thread, current, here, world
@@ -86,6 +86,29 @@ async def _run_in_thread(
             return await asyncio.get_running_loop().run_in_executor(None, function, *arguments)
 
 
+def _run_in_loop(function: Any, *arguments: Any) -> Any:
+    """Call a function in the loop of the process, for a thread that waits for it, as anyio does."""
+    room, thread = world(), world().current
+    assert thread is not None
+    done: list[tuple[Any, BaseException | None]] = []
+
+    def call() -> None:
+        try:
+            done.append((function(*arguments), None))
+        except Exception as problem:  # noqa: BLE001 - the thread has it
+            done.append((None, problem))
+        room.wake(thread)
+
+    loop: Any = next(each.loop for each in thread.process.threads if each.loop is not None)
+    loop.soon(call)
+    while not done:
+        room.wait()
+    result, problem = done[0]
+    if problem is not None:
+        raise problem
+    return result
+
+
 @contextmanager
 def replaced(names: Replaced) -> Iterator[None]:
     """Replace names of modules while the block runs."""
@@ -106,7 +129,10 @@ def on_disk(disk: Disk) -> Replaced:
 
 def in_threads() -> Replaced:
     """What jobs in threads need."""
-    return {(AsyncIOBackend, "run_sync_in_worker_thread"): classmethod(_run_in_thread)}
+    return {
+        (AsyncIOBackend, "run_sync_in_worker_thread"): classmethod(_run_in_thread),
+        (from_thread, "run_sync"): _run_in_loop,
+    }
 
 
 class _Log(logging.Handler):

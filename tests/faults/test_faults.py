@@ -9,11 +9,13 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
-from tests.faults import promises
+from tests.faults import lesson, promises
 from tests.faults.broken_places import BREAKS
+from tests.faults.browsers import DONE
 from tests.faults.run import SCENARIOS, SEEDS, commit, main, run
 from tests.faults.world import World
 
+from motorcade.classroom.app import REQUESTS
 from support.soak import SOAK
 
 ROOT = Path(__file__).parents[2]
@@ -31,14 +33,15 @@ KEPT = (
 
 @cache
 def tried(kind):
-    """How often each promise was tried in the first seeds, and each fault made."""
-    by_name, faults = Counter(), Counter()
+    """How often each promise was tried in the first seeds, each fault made, and what was asked with what outcome."""
+    by_name, faults, asked = Counter(), Counter(), set()
     for seed in SEEDS[kind]:
         result = run(kind, seed)
         assert result.broken is None, f"{result.broken}; python -m tests.faults --seed {seed} {kind}, at {commit()}"
         by_name.update({f"{kind}:{name}": times for name, times in result.tried.items()})
         faults.update(result.counts)
-    return by_name, faults
+        asked |= result.asked
+    return by_name, faults, asked
 
 
 @pytest.mark.parametrize("kind", SCENARIOS)
@@ -46,7 +49,7 @@ def test_all_promises_hold_whatever_goes_wrong(kind):
     tried(kind)
     if ALL_SEEDS:
         with ProcessPoolExecutor(mp_context=get_context("spawn"), max_tasks_per_child=1) as processes:
-            parts = [[kind, "--first", str(first), "--seeds", str(PART)] for first in range(100, ALL_SEEDS, PART)]
+            parts = [[kind, "--first", str(first), "--seeds", str(PART)] for first in range(0, ALL_SEEDS, PART)]
             assert not any(processes.map(main, parts))
 
 
@@ -71,6 +74,17 @@ def test_a_run_leaves_nothing_in_memory(kind):
     assert [each.seed for each in gc.get_objects() if type(each) is World] == []
 
 
+def test_all_requests_of_a_class_are_sent_by_who_may_and_by_who_must_not():
+    asked = tried("lesson")[2]
+    outcomes = {name: {outcome for request, outcome in asked if request == name} for name in lesson.TABLE}
+    done = {name for name, (_, exchange) in REQUESTS.items() if DONE not in outcomes[name]}
+    assert done == set(), "nobody who may has ever sent it"
+    refused = {"class-session-needed", "teacher-session-needed"}
+    guarded = [name for name in lesson.TABLE if name not in REQUESTS or not REQUESTS[name][1].is_open]
+    assert [name for name in guarded if not outcomes[name] & refused] == [], "no stranger has ever sent it"
+    assert [name for name in guarded if not outcomes[name] - refused] == [], "nobody else has ever sent it"
+
+
 def plain(text):
     return re.sub(r"\s|\*\*", "", text)
 
@@ -87,7 +101,9 @@ def test_the_table_in_the_documentation_is_true(language):
     for count, was in zip(now, promises.figures(written), strict=True):
         assert was / 2 <= count <= was * 2, f"{was} is {count} now; python -m tests.faults --promises {language}"
     assert promises.table(language, promises.figures(written)) == written
-    documents = plain("".join(promises.page(name, language) for name in ("security", "uploads", "drive", "cars")))
+    documents = plain(
+        "".join(promises.page(name, language) for name in ("security", "uploads", "drive", "cars", "classroom"))
+    )
     rows = [line.strip("|").split("|") for line in written.splitlines()[4:]]
     assert [row[0] for row in rows if documents.count(plain(row[0])) < 2] == []
     assert {name for name in by_name if by_name[name]} <= {

@@ -5,16 +5,17 @@ from random import Random
 from types import SimpleNamespace
 from typing import Any
 
-from serial import Serial, SerialException, SerialTimeoutException
 from tests.faults.disk import Disk
+from tests.faults.liars import URLS, Opened
 from tests.faults.lines import Cable, Damage, SocketPort
 from tests.faults.network import Network
+from tests.faults.ports import check_ports
 from tests.faults.selector import Selector
 from tests.faults.system import Replaced, Time, on_disk, replaced
 from tests.faults.world import Process, World
 
 from motorcade.boards import lines as car_lines
-from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore, StoreError, run
+from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore, StoreError, run, sealed, unsealed
 from motorcade.boards.lines import SerialLine, TcpPort
 from motorcade.config.profile import built_in_profile, levels_of
 from motorcade.errors import MotorcadeError
@@ -70,7 +71,7 @@ class Uploads:
         self.number = self.left = 0
         self.car: Process | None = None
         self.board: ComputerBoard | None = None
-        self.has_lost_power = self.has_failed_late = self.has_port = False
+        self.has_lost_power = self.has_failed_late = self.has_port = self.has_rotted = False
 
     # The disk.
 
@@ -84,7 +85,12 @@ class Uploads:
         if self.disk.lies:
             return
         for content in self.disk.possible(self.folder / "car" / "car.image"):
-            self.world.keep("image-whole", content in self.known, "{!r} may be left", content)
+            self.world.keep("image-whole", self._read(content) in self.known, "{!r} may be left", content)
+
+    @staticmethod
+    def _read(content: bytes | None) -> bytes | None:
+        """What the car begins with; None where it says that this is no image of its own, or where there is nothing."""
+        return None if content is None else unsealed(content)
 
     # The car.
 
@@ -103,9 +109,11 @@ class Uploads:
                     self.end_car(False)
                     self.world.wait()
                 # A disk that lies may leave anything; the car says so and starts without a program.
-                self.world.keep("image-whole", self.disk.lies and self.has_lost_power, "the store holds no image")
+                may_be_damaged = self.has_rotted or (self.disk.lies and self.has_lost_power)
+                self.world.keep("image-whole", may_be_damaged, "the store holds no image")
                 image = None
             else:
+                self.world.keep("fails-closed", not self.has_rotted, "the car begins with a damaged program")
                 self._check_start(image)
             self.has_port = False
             line = self._line(process)
@@ -164,15 +172,15 @@ class Uploads:
         self.world.note("car", data)
         self.acknowledged = self.stored[-1]
         if not self.disk.lies:
-            left = set(self.disk.possible(self.folder / "car" / "car.image"))
+            left = {self._read(content) for content in self.disk.possible(self.folder / "car" / "car.image")}
             self.world.keep("acknowledged-stays", left == {self.acknowledged}, "{} may be left", left)
 
     def holds(self) -> bytes:
         """What the car holds, whether it is on or off."""
         node = self.folder / "car" / "car.image"
         try:
-            return self.disk.find(node).data or NO_PROGRAM
-        except OSError:
+            return unsealed(self.disk.find(node).data)
+        except (OSError, ValueError):
             return NO_PROGRAM
 
     def end_car(self, is_power: bool) -> None:
@@ -205,12 +213,59 @@ class Uploads:
                 last = drawn_image(self.random)
                 self.world.keep("goes-on", self.upload(last) == NEW, "no upload to a healthy car")
                 self.world.keep("goes-on", serial_port.readback("port", _BAUD) == last, "read back")
+                self.rot_and_mend(last)
+                check_ports(self.world, self.random)
+                self.open_strange_ports(last)
                 files = len(self.disk.find(self.folder / "car").entries)
                 most = 1 + self.world.counts.get("kill", 0) + self.left
                 self.world.keep("no-rubbish", files <= most, f"{files} files, though {most} would be right")
                 self.world.is_over = True
 
         process.start(main)
+
+    def rot(self) -> None:
+        """Somebody damages the car's file while the car is off: it says so, and begins with no other program."""
+        path, random = self.folder / "car" / "car.image", self.random
+        self.world.note("rot")
+        for process in [each for each in self.world.processes if each.name == "car" and not each.is_dead]:
+            process.end()
+        try:
+            node = self.disk.find(path)
+        except OSError:
+            self.start_car()
+            return
+        good = node.data
+        at = random.randrange(max(1, len(good)))
+        flipped = good[:at] + bytes([good[at] ^ 1 << random.randrange(8)]) + good[at + 1 :] if good else b"x"
+        bad = random.choice((flipped, flipped, good[:at], b"", good + b"\0", b"\0" * len(good)))
+        node.data = node.kept = bad
+        self.has_rotted = bad != good
+        self.start_car()
+        self.world.sleep(1.0)
+        self.has_rotted = False
+        for process in [each for each in self.world.processes if each.name == "car" and not each.is_dead]:
+            process.end()
+        node = self.disk.find(path)
+        node.data = node.kept = good
+        self.start_car()
+        self.world.sleep(1.0)
+
+    def rot_and_mend(self, image: bytes) -> None:
+        """Whatever becomes of a damaged file, a whole one is there afterwards."""
+        if self.random.random() < 0.3:
+            self.rot()
+            self.world.keep("goes-on", serial_port.readback("port", _BAUD) == image, "read back after damage")
+
+    def open_strange_ports(self, image: bytes) -> None:
+        """Nobody opens what is neither a device nor a socket, whoever asks."""
+        url = self.random.choice(URLS)
+        for act in (lambda: serial_port.upload(url, image, _BAUD), lambda: serial_port.readback(url, _BAUD)):
+            try:
+                act()
+            except MotorcadeError as problem:
+                self.world.keep("says-why", bool(problem.sentence("zh")), problem.code)
+            else:
+                self.world.keep("only-ports", False, f"{url} takes an upload")
 
     def heal(self) -> None:
         """Let all faults end."""
@@ -310,7 +365,7 @@ class Uploads:
             self.known.add(image)
             self.stored.append(image)
             self.disk.create(self.folder / "car", True)
-            self.disk.create(self.folder / "car" / "car.image", False).data = image
+            self.disk.create(self.folder / "car" / "car.image", False).data = sealed(image)
             self.acknowledged = image
         self.disk.settle()
         self.disk.after = self._check_disk
@@ -323,12 +378,7 @@ class Uploads:
                 return SocketPort(self.network, "car", _PORT)
             return self.cable.ends[0].open(0.02)
 
-        ports = SimpleNamespace(
-            serial_for_url=opened,
-            SerialException=SerialException,
-            SerialTimeoutException=SerialTimeoutException,
-            Serial=Serial,
-        )
+        ports = Opened(opened)
         return on_disk(self.disk) | {
             (serial_port, "serial"): ports,
             (serial_port, "monotonic_ms"): lambda: int(Time.monotonic() * 1000) & TICKS_MASK,

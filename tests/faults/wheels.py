@@ -11,6 +11,8 @@ NEUTRAL = (90, 1, 0)
 FAILSAFE_S, KILLED_S, STALE_S, ANSWER_S, SILENCE_S, HAND_OVER_S = 0.300, 0.330, 0.150, 1.0, 4.0, 5.0
 # Steps of stamps and clocks, and the time of a thread to run.
 _STEPS_S = 0.012
+# A car waits so long for a second command, until it believes a first one without a stamp.
+_ALONE_S = 0.050
 # Hardware that fails is told again so long afterwards.
 _RETRY_S = 0.050
 # A loop needs so long to learn that a connection has ended.
@@ -149,8 +151,8 @@ class Pins:
         self._fastest_s[driver] = min(most_age_s, fastest_s), self.world.now_s
 
     def _check_delay(self, link: Link, sent_s: float, begin_s: float) -> None:
-        """Without stamps nobody sees that a command is old, so nothing but the network may delay it."""
-        late_s = link.delay_s + link.jitter_s + _STEPS_S + 2 * self._lateness_s
+        """Without stamps nobody sees that a command is old: only the network may delay it, and the first one belief."""
+        late_s = link.delay_s + link.jitter_s + _ALONE_S + _STEPS_S + 2 * self._lateness_s
         if not self.is_disturbed and begin_s > link.late_until_s + late_s:
             self.world.keep("no-old-command", begin_s - sent_s <= late_s, f"{begin_s - sent_s:.3f} s old, no stamp")
 

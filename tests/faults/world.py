@@ -123,6 +123,7 @@ class World:
         is_healed: whether nothing goes wrong any more.
         is_over: whether all has been done.
         tried: how often each promise was tried, by its name.
+        asked: which requests were sent, and how each of them ended.
         broken: the promise that was broken first.
     """
 
@@ -134,6 +135,9 @@ class World:
         self.checks: list[Callable[[], None]] = []
         self.tried = Counter[str]()
         self.counts = Counter[str]()
+        # What programs have copied of a peer's bytes.
+        self.moved_bytes = 0
+        self.asked: set[tuple[str, str]] = set()
         self.is_over = self.is_healed = False
         self.broken: BaseException | None = None
         self.processes: list[Process] = []

@@ -44,7 +44,7 @@ def test_the_same_library_is_the_same_bytes(tmp_path: Path) -> None:
 
 def test_a_pin_file_adds_a_sketch_for_one_car(tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text(
-        UNO.replace("led_0 = 14", "led_0 = 13").replace("right = 13", "right = 14"), encoding="utf-8"
+        UNO.replace("led_0 = 14", "led_0 = 17").replace("right = 17", "right = 14"), encoding="utf-8"
     )
     more = ["--pins", str(tmp_path / "mine.toml"), "--role", "follower", "--number", "70000"]
     done = run("arduino-library", "-o", str(tmp_path / "libraries"), *more)
@@ -53,7 +53,7 @@ def test_a_pin_file_adds_a_sketch_for_one_car(tmp_path: Path) -> None:
     sketch = (folder / "Car.ino").read_text(encoding="utf-8")
     assert "const bool LEADS = false;" in sketch
     assert "const uint32_t NUMBER = 70000U;" in sketch
-    assert "{13, 15, 16, 17},  // leds" in (folder / "car.h").read_text(encoding="utf-8")
+    assert "{17, 15, 16, 13},  // leds" in (folder / "car.h").read_text(encoding="utf-8")
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
@@ -95,7 +95,37 @@ def test_a_car_that_cannot_be_is_refused_in_a_sentence(text: str, voice: VoiceMa
 
 
 def test_a_pin_file_for_another_computer_is_refused() -> None:
-    pins = load_pins(library_folder().parent / "micropython" / "esp32.toml")
+    pins = load_pins(library_folder().parent / "linux" / "pins.toml")
     with pytest.raises(MotorcadeError) as refused:
         settings_header(pins, CLASSROOM)
     assert "arduino-uno" in refused.value.sentence("en")
+
+
+@pytest.mark.parametrize(("chip", "macro"), [("esp32", "CONFIG_IDF_TARGET_ESP32"), ("rp2040", "ARDUINO_ARCH_RP2040")])
+def test_a_car_of_each_chip_that_the_library_runs_on_gets_its_sketch(tmp_path: Path, chip: str, macro: str) -> None:
+    pins = library_folder().parent / "micropython" / f"{chip}.toml"
+    done = run("arduino-library", "-o", str(tmp_path), "--pins", str(pins), "--number", "3")
+    assert done.code == 0, done.err
+    assert "sends no infrared" in done.err
+    folder = tmp_path / "Motorcade" / "examples" / "Car"
+    sketch = (folder / "Car.ino").read_text(encoding="utf-8")
+    assert "motorcade::ArduinoBoard board(" in sketch
+    assert "const bool LEADS = true;" in sketch
+    assert "const uint32_t NUMBER = 3;" in sketch
+    assert f"#if !defined({macro})\n#error" in (folder / "car.h").read_text(encoding="utf-8")
+
+
+def test_a_voice_module_that_the_sketch_could_not_hear_is_refused() -> None:
+    text = (library_folder().parent / "micropython" / "esp32.toml").read_text(encoding="utf-8")
+    with pytest.raises(MotorcadeError) as refused:
+        header(text + "[voice]\nreceive = 16\n", VOICE)
+    assert "install-firmware" in refused.value.sentence("en")
+
+
+def test_the_example_for_any_board_drives_no_pin() -> None:
+    text = (library_folder() / "examples" / "AnyBoard" / "car.h").read_text(encoding="utf-8")
+    found = {name: value for value, name in re.findall(r"^    (.*),  // (\w+)$", text, re.MULTILINE)}
+    numbers = ("levels", "baud", "range_mm", "drive_duties", "turn_duties", "voice_baud", "voice_pattern_count")
+    pins = {name: value for name, value in found.items() if name not in (*numbers, "voice_patterns")}
+    assert len(pins) == 10
+    assert all(re.fullmatch(r"{?NO_PIN(, NO_PIN)*}?", value) for value in pins.values())

@@ -162,7 +162,7 @@ def test_a_board_that_goes_away_during_the_install_does_not_start(small_car, byt
     ("options", "code", "says"),
     [
         ({"silent": True}, 5, "No MicroPython answers"),
-        ({"platform": "esp8266"}, 8, "cars run on esp32 or rp2"),
+        ({"platform": "esp8266"}, 8, "cars run on esp32, rp2040, rp2350"),
         ({"version": [1, 12, 0]}, 8, "has MicroPython 1.12.0; 1.21.0 or newer"),
         ({"freeBytes": 8192}, 8, "has 8 KB free, and 16 KB are needed"),
         ({"spoils": "/car.json"}, 6, "The file car.json"),
@@ -185,6 +185,24 @@ def test_a_failing_flash_is_reported_with_the_boards_message(small_car):
         told = refusal(8, "install-firmware", "--port", at.port)
         assert "could not write lib/motorcade" in told.replace("/lib", "lib")
         assert "main.py" not in at.look().files
+
+
+@pytest.mark.parametrize(
+    ("machine", "chip"),
+    [("Raspberry Pi Pico with RP2040", "rp2040"), ("Raspberry Pi Pico 2 W with RP2350-RISCV", "rp2350")],
+)
+def test_a_pico_2_is_told_from_a_pico_and_takes_the_same_pins(small_car, machine, chip):
+    with board(platform="rp2", machine=machine) as at:
+        assert data("install-firmware", "--port", at.port, "--json")["chip"] == chip
+        again = data("install-firmware", "--port", at.port, "--json", "--pins", templates() / "rp2040.toml")
+        assert (again["chip"], again["copied"]) == (chip, 0)
+
+
+@pytest.mark.parametrize("machine", ["Generic ESP32S3 module with ESP32S3", "LOLIN_S2_MINI with ESP32-S2FN4R2"])
+def test_a_relative_of_the_esp32_is_refused_since_its_pins_are_others(machine):
+    with board(platform="esp32", machine=machine) as at:
+        assert "cars run on esp32, rp2040, rp2350" in refusal(8, "install-firmware", "--port", at.port)
+        assert at.look().files == {}
 
 
 def test_pins_of_another_chip_are_refused_before_anything_is_written():

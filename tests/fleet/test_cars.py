@@ -3,10 +3,10 @@
 import asyncio
 import sys
 import threading
+import time
 from binascii import crc32
 from contextlib import closing, contextmanager, suppress
 from datetime import UTC, datetime
-from functools import wraps
 
 import pytest
 from serial.tools import list_ports
@@ -32,7 +32,7 @@ from motorcade.words.request import (
     read_request,
 )
 from support.pseudo_terminal import PseudoTerminal
-from support.rooms import FIRST, FIRST_CRC32, SECOND, SECOND_CRC32, SimulatedCar, server, simulated_cars
+from support.rooms import FIRST, FIRST_CRC32, SECOND, SECOND_CRC32, SimulatedCar, in_loop, server, simulated_cars
 from support.waiting import until
 
 LARGEST = compile_program(Program([forward(1), led(1, 1)] * 120)).image
@@ -40,11 +40,6 @@ LARGEST = compile_program(Program([forward(1), led(1, 1)] * 120)).image
 
 def places(cars):
     return [place_of(car.address) for car in cars]
-
-
-def in_loop(test):
-    """Run a test in an event loop with the real time, since its cars are threads and sockets."""
-    return wraps(test)(lambda *arguments, **options: asyncio.run(test(*arguments, **options)))
 
 
 @in_loop
@@ -339,3 +334,43 @@ def test_keys_are_required_and_revoked_ones_refused(tmp_path):
         assert asyncio.run(reached(bea)) == "car-away"
         eve = client_context(tmp_path / "driver-eve.pem")
         assert asyncio.run(reached(eve)) == "car-0"
+
+
+@in_loop
+async def test_keys_for_a_car_without_keys_end_in_a_sentence_that_says_so(tmp_path):
+    make_keys(tmp_path, [CarKeys("ada")], ["eve"], datetime.now(UTC))
+    with simulated_cars(1) as made:
+        keys = client_context(tmp_path / "driver-eve.pem")
+        async with Cars([place_of(f"localhost:{made[0].address[10:]}")], keys) as cars:
+            (contact,) = cars.contacts.values()
+            await until(lambda: contact.status().problem)
+            assert contact.status().problem.code == "car-takes-no-keys"
+
+
+@pytest.mark.parametrize("flood", [b"\n" * (1 << 18), b"x" * 4000 + b"\n", b"ERR no\n" * 40000])
+@in_loop
+async def test_what_floods_an_upload_is_hung_up_at_little_cost(flood):
+    """It answers like a car who it is, and floods whatever comes then."""
+    sent_bytes = 0
+
+    async def serve(reader, writer):
+        nonlocal sent_bytes
+        with closing(writer), suppress(OSError, asyncio.IncompleteReadError):
+            request = read_request(await reader.readexactly(REQUEST_BYTES))
+            writer.write(answer_line(request, (("name", "ada"),)))
+            await reader.readexactly(1)
+            while True:
+                writer.write(flood)
+                sent_bytes += len(flood)
+                await writer.drain()
+
+    listener = await asyncio.start_server(serve, "127.0.0.1", 0)
+    port = listener.sockets[0].getsockname()[1]
+    async with listener, Cars([place_of(f"127.0.0.1:{port}")]) as cars:
+        await cars.known(30)
+        begin_s = time.process_time()
+        (verdict,) = await cars.load(SECOND, ["all"])
+        assert verdict.error is not None
+        assert time.process_time() - begin_s < 2.0
+    # The buffers of the system are filled, and no more is read.
+    assert sent_bytes < 1 << 24

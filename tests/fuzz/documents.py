@@ -7,6 +7,7 @@ from pathlib import Path
 
 from hypothesis import strategies as st
 
+from motorcade.drive.keys import with_end
 from motorcade.program.python_writer import python_text
 from motorcade.service.documents import EXAMPLES, example, project_text
 from motorcade.service.programs import program_of
@@ -25,6 +26,16 @@ MAT = {
     "size_m": [2, 2],
     "car": [{"at_m": [0.5, 0.5], "role": "leader"}, {"at_m": [1, 0.5]}],
 }
+CAR_LISTS = (
+    'ada = "192.168.1.20:7001"\n"\u963f\u8fbe" = "/dev/ttyUSB0"\n',
+    'truck = "drive://10.0.0.7:5005"\nbo = "[fe80::1]:9"\nd = "COM3"\n',
+    'x = "spy:///dev/null?file=kept.txt"\ny = "socket://127.0.0.1:7001"\n',
+)
+REVOKED = (
+    with_end("# Serial numbers of drivers' keys that are no longer valid, one a line.\n4a3f  # lin\n10  # mei\n"),
+    with_end("4A3F\n"),
+    with_end(""),
+)
 IMAGE = "AgEBAGTAAABqgAAAboAAAA=="
 DRIVE_REQUESTS = tuple(
     json.dumps({"do": do, "port": 1, "clock": 5, "number": 1, "stamp": 7})

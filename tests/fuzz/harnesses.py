@@ -1,9 +1,13 @@
 """What comes from others, one program for each kind: whatever comes, the answer is a sentence or the thing itself."""
 
 import asyncio
+import hashlib
+import io
 import json
 import struct
 import tempfile
+import zipfile
+from base64 import b64decode
 from binascii import crc32
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -26,7 +30,16 @@ from motorcade.classroom.pairs import Pairs
 from motorcade.classroom.record import from_bytes, to_bytes
 from motorcade.classroom.room import Classroom
 from motorcade.config.profile import built_in_profile, levels_of
+from motorcade.drive.keys import RevokedKeys, read_revoked
+from motorcade.engine.saving import MAGIC
+from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
+from motorcade.experiments.plan import Plan
+from motorcade.experiments.run import no_bar, run_sweep
+from motorcade.experiments.spec import parse_sweep
+from motorcade.experiments.task import run_task
+from motorcade.fleet.places import read_list, safe_name
+from motorcade.lab.capsule import verify, write_capsule
 from motorcade.mats.document import check_mat, document_of, mat_of, parse_mat
 from motorcade.missions.document import OWN, parse_mission
 from motorcade.program.decompiler import decompile
@@ -43,6 +56,7 @@ from motorcade.service.programs import compile_blocks, error_answer
 from motorcade.service.studio_world import open_world
 from motorcade.service.world_messages import WorldMessage
 from motorcade.service.world_session import WorldSession
+from motorcade.upload.serial_port import port_name
 from motorcade.words import upload
 from motorcade.words.image import bytes_to_words, image_words, parse_image_bytes, words_to_bytes
 from motorcade.words.infrared import FrameReceiver, check_is_good, frame_durations_us, parity_is_even, tag_of
@@ -271,6 +285,39 @@ def remote_messages(texts):
     assert car.control.telemetry().driver is None
 
 
+@cache
+def _saved() -> bytes:
+    """A world that was saved, behind what begins its bytes."""
+    told = world(seeds=7)
+    told.run(300)
+    return told.save()
+
+
+@harness(
+    st.lists(st.tuples(st.integers(0, 1 << 14), st.binary(max_size=8)), max_size=4),
+    st.integers(0, 1 << 14),
+    st.booleans(),
+)
+def saved_worlds(changes, cut, is_sealed):
+    data = _saved()
+    begin = len(MAGIC) + 32 if is_sealed else 0
+    content = bytearray(data[begin:])
+    for at, replaced in changes:
+        at %= len(content)
+        content[at : at + len(replaced)] = replaced
+    if cut < len(content):
+        del content[cut:]
+    if is_sealed:
+        # Somebody who changes it on purpose gives it the digest that belongs to it.
+        content[:0] = MAGIC + hashlib.sha256(content).digest()
+    with refused():
+        loaded = World.load(bytes(content), threads=1)
+        loaded.run(100)
+        loaded.snapshot()
+        loaded.take_events()
+        assert World.load(loaded.save()).save() == loaded.save()
+
+
 @harness(damaged(documents.projects()))
 def project_files(text):
     with refused():
@@ -326,3 +373,92 @@ def recordings(seed, changes):
         assert opened.last_ms >= 0
         assert len([*opened.moments(), *opened.events()]) >= 0
         msgspec.json.encode(opened.about.to_dict())
+
+
+_SWEEP = """
+format = "motorcade-sweep/1"
+programs = ["a.image"]
+mats = ["hall.toml"]
+seconds = 1
+seeds = 2
+"""
+_NEW = st.binary(max_size=40) | st.sampled_from([b"null", b"[]", b"{}", b"[" * 500, b"1e999", b"-1", b"9" * 5000])
+
+
+@cache
+def _capsule() -> tuple[tempfile.TemporaryDirectory[str], Path, dict[str, bytes]]:
+    """A folder, which is removed at the end, a place for a capsule in it, and the members of a short one."""
+    folder = tempfile.TemporaryDirectory(prefix="motorcade-")
+    path, table = Path(folder.name) / "run.zip", Path(folder.name) / "a.parquet"
+    mat = mat_of(documents.MAT, "hall.toml")
+    plan = Plan(parse_sweep(_SWEEP, "sweep.toml"), [(image_of_words(), PROFILE)], [mat], "0", with_digests=True)
+    run_sweep(plan, table, lambda plan, tasks: ((index, run_task(plan.task(index))) for index in tasks))
+    write_capsule(path, _SWEEP.encode(), plan, table)
+    with zipfile.ZipFile(path) as archive:
+        return folder, path, {name: archive.read(name) for name in archive.namelist()}
+
+
+def image_of_words() -> bytes:
+    return b64decode(documents.IMAGE)
+
+
+@harness(
+    st.integers(0, 7), st.lists(st.tuples(st.integers(0, 1 << 14), _NEW, st.integers(0, 9)), max_size=3), st.booleans()
+)
+def capsules(which, changes, is_of_archive):
+    """Changes of a member, or of the archive around them; the seal fits. Nothing is run."""
+    _, path, members = _capsule()
+    names = list(members)
+    changed_members = dict(members)
+    name = names[which % len(names)]
+
+    def changed(data: bytes) -> bytes:
+        content = bytearray(data)
+        for at, new, count in changes:
+            at %= len(content) + 1
+            content[at : at + count] = new
+        return bytes(content)
+
+    if not is_of_archive:
+        changed_members[name] = changed(members[name])
+    written = io.BytesIO()
+    with zipfile.ZipFile(written, "w") as archive:
+        for each, data in changed_members.items():
+            archive.writestr(zipfile.ZipInfo(each), data)
+        archive.comment = bytes(64)
+    data = written.getvalue()[:-64]
+    data = changed(data) if is_of_archive else data
+    path.write_bytes(data + hashlib.sha256(data).hexdigest().encode())
+    with refused():
+        runs, difference = verify(path, None, lambda plan, tasks: (row for row in ()), no_bar)
+        assert (runs, difference) == (0, None)
+
+
+@harness(st.lists(damaged(documents.CAR_LISTS), max_size=2).map("".join))
+def car_lists(text):
+    """Each place is a car, a drive server or a port, of which only sockets and what may be a device are opened."""
+    with tempfile.TemporaryDirectory(prefix="motorcade-") as folder:
+        file = Path(folder) / "cars.toml"
+        file.write_bytes(text.encode(errors="surrogatepass"))
+        with refused():
+            for place in read_list(file):
+                assert place.kind in ("car", "drive")
+                assert place.name == safe_name(place.name)
+                if not place.host:
+                    with refused():
+                        assert "://" not in port_name(place.address).removeprefix("socket://")
+
+
+@harness(st.lists(damaged(documents.REVOKED), max_size=2).map("".join))
+def revoked_lists(text):
+    """A list without its last line, or with another one, lets nobody in."""
+    with tempfile.TemporaryDirectory(prefix="motorcade-") as folder:
+        file = Path(folder) / "revoked.txt"
+        file.write_bytes(text.encode(errors="surrogatepass"))
+        numbers = None
+        with refused():
+            numbers = read_revoked(file)
+        keys = RevokedKeys(file)
+        assert (0x4A3F in keys) == (numbers is None or 0x4A3F in numbers)
+        if numbers is not None:
+            assert text.splitlines()[-1].startswith("# The end")

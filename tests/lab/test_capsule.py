@@ -83,7 +83,7 @@ def changed(capsule, folder, changes):
 
 def test_it_is_equal_to_the_last_bit(capsule):
     assert data("verify", capsule) == {"runs": RUNS, "equal": True}
-    ran = run("verify", capsule, "--sample", 2)
+    ran = run("verify", capsule, "--sample", 2, "--json")
     assert (ran.code, json.loads(ran.out)["runs"]) == (0, 2)
 
 
@@ -108,7 +108,7 @@ def later(table):
     ("part", "change", "tick", "same", "car"), [("mats/0.json", turned, 1, 0, 2), ("table.parquet", later, 6, 5, 3)]
 )
 def test_the_first_run_tick_and_car_that_differ_are_named(capsule, tmp_path, part, change, tick, same, car):
-    ran = run("verify", changed(capsule, tmp_path, {part: change}))
+    ran = run("verify", changed(capsule, tmp_path, {part: change}), "--json")
     found = json.loads(ran.out)
     assert (ran.code, found["equal"], found["run"], found["seed"], found["car"]) == (1, False, 0, 0, car)
     # The run of 100 ticks has a checkpoint after each of them.
@@ -182,3 +182,61 @@ def test_who_forgets_the_authors_is_told_and_a_bad_name_is_refused_first(tmp_pat
     for name, says in ((tmp_path / "a.txt", "must end in .zip"), (tmp_path / "no" / "a.zip", "there is no folder")):
         assert says in refusal(2, "sweep", tmp_path / "a.toml", "-o", there, "--capsule", name)
     assert not there.exists()
+
+
+def bomb(capsule, folder, part, content):
+    """A copy with one compressed member, and a seal that fits."""
+    copy = folder / "bomb.zip"
+    with zipfile.ZipFile(capsule) as archive, zipfile.ZipFile(copy, "w", zipfile.ZIP_DEFLATED) as other:
+        for name in archive.namelist():
+            is_it = name == part
+            other.writestr(name, content if is_it else archive.read(name), zipfile.ZIP_DEFLATED if is_it else 0)
+        other.comment = bytes(64)
+    sealed = copy.read_bytes()[:-64]
+    copy.write_bytes(sealed + hashlib.sha256(sealed).hexdigest().encode())
+    return copy
+
+
+@pytest.mark.parametrize("part", ["capsule.json", "sweep.toml", "table.parquet"])
+def test_a_capsule_with_a_compressed_member_is_none(capsule, tmp_path, part):
+    """64 MB of zeros are 64 KB in it."""
+    assert code_of(bomb(capsule, tmp_path, part, bytes(1 << 26))) == "not-a-capsule"
+
+
+def table_of(digests):
+    written = io.BytesIO()
+    pq.write_table(pa.table({"digests": digests}), written)
+    return written.getvalue()
+
+
+STRANGE = (
+    *[("capsule.json", content) for content in (b"[]", b"{}", b'{"format": 1}', b"\xff", b"[" * 100_000)],
+    ("capsule.json", b'{"format": "motorcade-capsule/1", "versions": {"motorcade": "1"}, "checkpoints": 1000000000}'),
+    ("capsule.json", b'{"format": "motorcade-capsule/1", "versions": {"motorcade": "1"}, "checkpoints": -1}'),
+    ("capsule.json", b'{"format": "motorcade-capsule/1", "versions": {}, "checkpoints": 1}'),
+    *[("sweep.toml", content) for content in (b"", b"\xff", b"x = " + b"[" * 100_000)],
+    *[
+        ("programs/0.profile.json", content)
+        for content in (b"[]", b"{}", b'{"name": 1, "profile": []}', b"[" * 100_000)
+    ],
+    *[("programs/0.image", content) for content in (b"", b"x" * 3000)],
+    *[("mats/0.json", content) for content in (b"[]", b"{}", b"null", b"[" * 100_000)],
+    *[("table.parquet", content) for content in (b"", b"PAR1", b"PAR1" + bytes(100) + b"PAR1")],
+    ("table.parquet", table_of(pa.array([1] * 6))),
+    ("table.parquet", table_of(pa.array([b"x"] * 5))),
+    ("table.parquet", table_of(pa.array([[b"x"]] * 6))),
+)
+
+
+@pytest.mark.parametrize(("part", "content"), STRANGE)
+def test_what_is_made_up_in_a_capsule_is_a_sentence(capsule, tmp_path, part, content):
+    made = changed(capsule, tmp_path, {part: lambda data: content})
+    with pytest.raises(MotorcadeError) as caught:
+        verify(made, None, nobody, None)
+    assert all(caught.value.sentence(language) for language in ("en", "zh"))
+
+
+@pytest.mark.parametrize("digests", [[None] * 6, [b""] * 6, [b"x" * 3] * 6, [b"x" * 100_000] * 6])
+def test_digests_of_another_length_are_a_difference(capsule, tmp_path, digests):
+    made = changed(capsule, tmp_path, {"table.parquet": lambda data: table_of(pa.array(digests, pa.binary()))})
+    assert json.loads(run("verify", made, "--json").out)["equal"] is False

@@ -2,6 +2,7 @@
 // raw prompt that MicroPython's documentation describes. (The build's own raw prompt mistakes commands of some lengths.)
 // node board_at_port.mjs OPTIONS prints the port; OPTIONS is JSON:
 //   platform: the value of sys.platform.     version: MicroPython's version, three numbers.
+//   machine: what it calls itself.
 //   freeBytes: free bytes of its flash.      runsCar: whether a car runs, which tools must interrupt first.
 //   diesAfter: received bytes until the connection breaks.    silent: it answers nothing.
 //   files: the files on it, path to text.    bytecode: the version of .mpy that it reads.
@@ -34,6 +35,7 @@ function send(bytes) {
 
 python.globals.set("platform", options.platform ?? "esp32");
 python.globals.set("version", (options.version ?? [1, 27, 0]).join(" "));
+python.globals.set("machine", options.machine ?? "");
 python.globals.set("bytecode", options.bytecode ?? 6);
 python.globals.set("free_bytes", options.freeBytes ?? 1024 * 1024);
 // The real module sys can't be changed, so an object with its attributes replaces it.
@@ -46,8 +48,9 @@ replacement = Sys()
 for name in dir(sys):
     setattr(replacement, name, getattr(sys, name))
 replacement.platform = platform
-kind = namedtuple("implementation", ("name", "version", "_mpy"))
-replacement.implementation = kind("micropython", tuple([int(part) for part in version.split()]), bytecode | 3 << 8)
+kind = namedtuple("implementation", ("name", "version", "_mpy", "_machine"))
+numbers = tuple([int(part) for part in version.split()])
+replacement.implementation = kind("micropython", numbers, bytecode | 3 << 8, machine)
 sys.modules["sys"] = replacement
 os.statvfs = lambda path: (4096, 4096, 256, free_bytes // 4096)
 class Machine:
@@ -86,7 +89,7 @@ let command = "";
 function take(byte) {
   const character = String.fromCharCode(byte);
   if (running) {
-    // The rule of motorcade.boards.on_chip.lines: three bytes of Ctrl-C and carriage return end the car.
+    // Of the rules of motorcade.boards.on_chip.lines the one that our tools use: three of Ctrl-C and return end a car.
     recent = (recent + character).slice(-INTERRUPT_LENGTH);
     if (recent.length === INTERRUPT_LENGTH && INTERRUPT.exec(recent)?.[0] === recent) running = false;
   } else if (character === CTRL_A && command === "") {

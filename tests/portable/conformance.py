@@ -58,7 +58,7 @@ AT_A_WALL = Senses(*[0 for _ in NOTHING])
 def total_names():
     """Return the names of the cases that a run must meet at least once."""
     names = ["clock wrapped", "states begun", "several states in a tick", "words begun", "words over", "frames heard"]
-    names += ["lost: " + reason for reason in ("parity", "reserved", "check", "deaf")]
+    names += ["lost: " + reason for reason in ("parity", "reserved", "check", "remote", "deaf")]
     names += ["frames sent by leaders", "frames sent by followers"]
     names += ["wheels still", "wheels forward", "wheels left", "wheels right", "led off", "led on"]
     names += ["random forward", "stopped by voice", "avoiding", "relayed program", "tagged", "tag forgotten"]

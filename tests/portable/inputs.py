@@ -26,7 +26,7 @@ def draw_image(random):
 
 def draw_frame(random, held, tag):
     """Return a frame for a follower whose word is ``held``, with a tag in half of the cases, often one near ``tag``."""
-    kind = random.below(6)
+    kind = random.below(8)
     if kind == 0:
         return to_frame(held)
     frame = to_frame(draw_word(random))
@@ -37,6 +37,9 @@ def draw_frame(random, held, tag):
         return frame ^ 1 << random.below(32)
     if kind == 2:
         return to_frame(frame | random.bits() & CONTROL.reserved_mask)
+    if kind == 3:
+        # As a remote control's: a command and its complement.
+        return frame & 0xFFFFFF00 | 255 - (frame >> 8 & 255)
     return frame
 
 

@@ -109,7 +109,8 @@ def test_an_editor_without_steps_is_a_program_without_steps(nothing):
 
 @pytest.mark.parametrize(("accept_ir", "forward"), [("yes", "same"), ("no", "yes"), ("same", "no"), ("same", "same")])
 def test_a_leader_with_infrared_settings_gets_the_seeds_prompt_on_that_block(accept_ir, forward):
-    blocks = workspace(WAIT, holding("repeat", infrared(DRIVE, accept_ir=accept_ir, forward=forward)))
+    block = holding("repeat", infrared(DRIVE, accept_ir=accept_ir, forward=forward))
+    blocks = workspace(WAIT, {**block, "fields": {"TIMES": 2}})
     said = diagnostic(blocks)
     assert (said.code, said.id) == ("leader-accepts-ir", "ir")
     assert "无法设置主机接受红外信息" in said.sentence("zh")

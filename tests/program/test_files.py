@@ -4,9 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from motorcade.config.files import read_bytes
 from motorcade.errors import MotorcadeError
 from motorcade.program.diagnostics import ProgramError
-from motorcade.program.files import compile_project, is_project, read_file
+from motorcade.program.files import compile_project, is_project
 from motorcade.program.model import Program
 from motorcade.program.python_writer import python_text
 from motorcade.program.steps import wait
@@ -36,10 +37,10 @@ def test_a_file_larger_than_any_program_is_refused_unread(tmp_path: Path) -> Non
     path = tmp_path / "huge.image"
     with path.open("wb") as file:
         file.truncate(1 << 24)
-        assert len(read_file(path)) == 1 << 24
+        assert len(read_bytes(path)) == 1 << 24
         file.truncate((1 << 24) + 1)
     with pytest.raises(MotorcadeError, match=r"huge.image .*16 MiB"):
-        read_file(path)
+        read_bytes(path)
 
 
 def test_a_program_finds_the_profile_beside_its_file_whatever_the_current_folder(tmp_path: Path) -> None:

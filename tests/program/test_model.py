@@ -1,5 +1,6 @@
 """A program, its project file, and what is said about a file that is none."""
 
+import dataclasses
 import json
 import re
 from collections.abc import Callable
@@ -42,6 +43,7 @@ EXAMPLE = """
  "followers": {"accept_ir": true, "forward": false,
    "steps": [{"drive": {"direction": "right", "speed": 2, "seconds": 2}}]}}
 """
+TOWN = Path(__file__).parents[2] / "src" / "motorcade" / "service" / "gallery" / "town.motorcade.json"
 IN_PYTHON = Program(
     [forward(3), left(1, speed=1), together(forward(2, speed=3), led(1, 1)), repeat(2, wait(1), led(0, 1))],
     Followers([right(2)]),
@@ -145,6 +147,16 @@ def test_what_stands_beside_a_program_is_not_looked_into() -> None:
     program = Program([wait(1)])
     document = {**program.as_dict(), "mat": {"anything": [1, {"forward": 2}]}, "view": {"leader": row}}
     assert read_program(json.dumps(document)) == program
+
+
+def test_a_project_that_is_read_and_saved_keeps_its_mat_and_the_places_of_its_blocks(tmp_path: Path) -> None:
+    project = json.loads(TOWN.read_text(encoding="utf-8"))
+    read_program(TOWN.read_bytes()).save(tmp_path / "again.motorcade.json")
+    assert json.loads((tmp_path / "again.motorcade.json").read_text(encoding="utf-8")) == project
+    longer = read_program(json.dumps(project))
+    dataclasses.replace(longer, leader=(*longer.leader, wait(1))).save(tmp_path / "longer.motorcade.json")
+    saved = json.loads((tmp_path / "longer.motorcade.json").read_text(encoding="utf-8"))
+    assert (saved["mat"], len(saved["leader"])) == (project["mat"], len(project["leader"]) + 1)
 
 
 @pytest.mark.parametrize("old", ["motorcade-program", "leader", "wait", "an id"])

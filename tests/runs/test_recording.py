@@ -68,7 +68,7 @@ def test_the_run_is_described(folder, kept):
     about = open_recording(folder / "run.mcap").about
     assert about == kept.about
     assert about.mat == replace(MAT, starts=Starts.of([], []))
-    assert (about.leaders, about.cars, about.seed, about.every_ms) == ((0,), 6, 7, 100)
+    assert (about.leaders, about.cars, about.seeds, about.every_ms) == ((0,), 6, (7,), 100)
     assert bytes.fromhex(about.images[0])[0] == 2
 
 
@@ -95,6 +95,62 @@ def test_a_world_without_events_is_recorded_without_them(tmp_path):
     recording = open_recording(tmp_path / "run.mcap")
     assert sum(map(len, recording.events())) == 0
     assert list(recording.moments())[-1].counts["frames"] > 0
+
+
+def test_each_of_several_worlds_is_recorded_with_its_number(tmp_path):
+    cars, alone = world(seeds=[7, 8]), world(seeds=8)
+    kept, expected = record([tmp_path / "two.mcap", tmp_path / "two.png"], cars, 500), record([], alone, 500)
+    recording = open_recording(tmp_path / "two.mcap")
+    assert recording.about.seeds == (7, 8)
+    for found in (kept, recording):
+        moments = list(found.moments())
+        assert [(moment.t_ms, moment.world) for moment in moments[:4]] == [(0, 0), (0, 1), (100, 0), (100, 1)]
+        assert_same_moments([moment for moment in moments if moment.world == 1], list(expected.moments()))
+        events, of_one = all_events(found), all_events(expected)
+        mine = events[events["world"] == 1]
+        assert 0 < len(mine) < len(events)
+        for name in ("t_ms", "car", "kind", "why", "word", "other"):
+            np.testing.assert_array_equal(mine[name], of_one[name])
+
+
+def test_a_run_after_a_reset_is_recorded_too(tmp_path):
+    cars = world(seeds=7)
+    first_ms, again_ms = range(0, 401, 100), range(0, 201, 100)
+    with Recorder([tmp_path / "run.mcap", tmp_path / "run.png", tmp_path / "run.gif"], cars) as recorder:
+        for _ in first_ms[1:]:
+            cars.run(100)
+            recorder(cars)
+        cars.reset()
+        recorder(cars)
+        for _ in again_ms[1:]:
+            cars.run(100)
+            recorder(cars)
+    recording = open_recording(tmp_path / "run.mcap")
+    moments = [(moment.run, moment.t_ms) for moment in recording.moments()]
+    assert moments == [*((0, t_ms) for t_ms in first_ms), *((1, t_ms) for t_ms in again_ms)]
+    assert recording.last_ms == 600
+    assert {*all_events(recording)["run"].tolist()} == {0, 1}
+    # Players need times that rise.
+    with (tmp_path / "run.mcap").open("rb") as file:
+        times = [message.log_time for _, _, message in make_reader(file).iter_messages(log_time_order=False)]
+    assert times == sorted(times)
+    with Image.open(tmp_path / "run.gif") as film:
+        assert film.n_frames == len(moments)
+
+
+@pytest.mark.parametrize("every_ms", [0, -100, 0.5, float("nan")])
+def test_an_interval_that_never_ends_is_refused(every_ms, tmp_path):
+    with pytest.raises(MotorcadeError, match="every_ms is"):
+        Recorder(tmp_path / "run.mcap", world(), every_ms=every_ms)
+
+
+def test_a_run_in_slices_of_numpys_numbers_is_recorded(tmp_path):
+    cars = world()
+    with Recorder(tmp_path / "run.mcap", cars, every_ms=np.int64(100)) as recorder:
+        for _ in range(3):
+            cars.run(np.int64(100))
+            recorder(cars)
+    assert [moment.t_ms for moment in open_recording(tmp_path / "run.mcap").moments()] == [0, 100, 200, 300]
 
 
 # while a run goes on

@@ -12,6 +12,7 @@ from motorcade.mats.model import Starts
 from motorcade.runs.running import Slot, SlotCounts, simulate
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words, words_to_bytes
+from motorcade.words.infrared import slot_tags
 
 # LED 0 and LED 1 for 1 s each, passed on; a dwell of 2 s.
 WORDS = tuple(CONTROL.encode(accept_ir=1, forward=1, led_which=led, led_duration=1) for led in (0, 1))
@@ -74,6 +75,16 @@ def test_slots_are_counted_for_more_cars_than_are_recorded_and_for_each_leader()
     assert [(slot.leader, slot.tag) for slot in run.slots] == [(0, 1), (600, 1), (0, 2), (600, 2)]
     assert all(slot.once + slot.again + slot.never == 1198 for slot in run.slots)
     assert run.slots[0].once > 1000
+
+
+def test_a_tag_that_the_leader_passes_over_belongs_to_no_slot() -> None:
+    # Its frames with the tags 19 and 31 would end as a remote control's do.
+    drives = CONTROL.encode(accept_ir=1, forward=1, motor_enable=1, motor_direction=2, motor_speed=3, motor_duration=3)
+    run = simulate(image(1, (drives, WORDS[0])), seconds=80, mat=chain(3))
+    tags = [slot.tag for slot in run.slots]
+    assert tags[17:20] == [18, 20, 21]
+    assert tags == slot_tags((drives, WORDS[0]), 40)
+    assert {(slot.once, slot.again, slot.never) for slot in run.slots[:-1]} == {(2, 0, 0)}
 
 
 def test_a_word_that_is_begun_late_counts_for_its_slot_until_its_tag_comes_again() -> None:

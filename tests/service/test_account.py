@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motorcade import Followers, Program, World, compile_program, forward
+from motorcade import Followers, Program, compile_program, forward
 from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.car.brain import HOLDS, NO_LED, RUNNING, WORD
 from motorcade.config.profile import built_in_profile
@@ -29,7 +29,7 @@ from motorcade.words.infrared import tag_of, word_of
 from support.page_account import PageAccount, WorldOnPage, claims_of
 from support.plain_world import PlainWorld
 from support.soak import SOAK
-from support.worlds import Case, cases
+from support.worlds import Case, CrowdedWorld, cases
 
 EVERY_MS = 100
 LATELY_MS, RECENT_MS, THOUGHTS_FROM_MS = 5000, 4000, 1500
@@ -246,7 +246,7 @@ def page() -> Iterator[PageAccount]:
 
 def begun(case: Case, session: WorldSession, page: PageAccount, driven: DrivenCars) -> WorldOnPage:
     """Show a world in its beginning."""
-    world = World(case.mat, case.images, case.profile, seeds=case.seed, events=True, threads=1)
+    world = CrowdedWorld(case.mat, case.images, case.profile, seeds=case.seed, events=True, threads=1)
     on_page = WorldOnPage(session, page)
     on_page.take(session.begin(StudioWorld(world, steering=driven)))
     page.do(range_mm=case.profile.infrared.range_mm)

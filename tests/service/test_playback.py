@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from motorcade import Followers, Mat, Pose, Program, World, compile_program, forward, led, left, open_table, right, wait
+from motorcade import Followers, Mat, Pose, Program, compile_program, forward, led, left, open_table, right, wait
 from motorcade.engine.moment import EVENT_BYTES, HEARD, LOST, NO_INDEX, RUNS
 from motorcade.mats import Starts
 from motorcade.service.history import FIRST, MOST_EVENTS, PAST, PAST_BYTES
@@ -13,6 +13,7 @@ from motorcade.service.studio_world import StudioWorld
 from motorcade.service.world_messages import Move, Reset, SetEnvironment, StepWorld, Watch
 from motorcade.service.world_session import PICTURE_S, WorldSession
 from support.pictures import Picture
+from support.worlds import CrowdedWorld
 
 STATES = 2
 IMAGE = compile_program(
@@ -23,7 +24,7 @@ NEAR = [Pose(0, 0), Pose(0.5, 0)]
 
 
 def playback(poses=NEAR, image=IMAGE, past_bytes=PAST_BYTES, **more) -> WorldSession:
-    world = World(replace(open_table(poses, tick_ms=5), **more), [image], events=True, threads=1)
+    world = CrowdedWorld(replace(open_table(poses, tick_ms=5), **more), [image], events=True, threads=1)
     session = WorldSession("", lambda message: None, past_bytes)
     session.begin(StudioWorld(world))
     return session

@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 
 from motorcade import Followers, forward, led, repeat, together, wait
 from motorcade.locales import languages
-from motorcade.program.blocks import FOLLOWERS_HAT
+from motorcade.program.blocks import FOLLOWERS_HAT, LEADER_HAT
+from motorcade.program.compiler import compile_program
+from motorcade.service import programs
 from motorcade.service.requests import Context, respond
 from support.studio_programs import blocks
 
@@ -315,3 +317,72 @@ def test_too_many_states_still_have_a_costliest_block():
     # The page leads to the block, and nobody there knows a place in a file.
     assert not any("leader[" in sentence for sentence in diagnostic["sentence"].values())
     assert (diagnostic["block"], diagnostic["editor"]) == ("b", "leader")
+
+
+def wrong_blocks():
+    """A row of blocks for each editor, and the ids of those that are wrong, each for a reason of its own."""
+    infrared = {"type": "motorcade_infrared", "id": "w-infrared", "fields": {"ACCEPT_IR": "no", "FORWARD": "yes"}}
+    leader = [
+        fields("drive", "w-half", DIRECTION="forward", SPEED="2", SECONDS=0.5),
+        fields("fly", "w-kind"),
+        fields("drive", "w-speed", DIRECTION="forward", SPEED=7, SECONDS=1),
+        fields("drive", "w-direction", DIRECTION="up", SPEED="1", SECONDS=1),
+        fields("drive", "w-no-time", DIRECTION="left", SPEED="1"),
+        fields("led", "w-led", WHICH=9, SECONDS=1),
+        fields("led", "w-text", WHICH="1", SECONDS="long"),
+        inside(
+            "together", "t", fields("led", "a", WHICH="1", SECONDS=1), fields("led", "w-second", WHICH="2", SECONDS=1)
+        ),
+        inside("together", "t2", fields("led", "b", WHICH="1", SECONDS=1), inside("repeat", "w-repeat", TIMES=2)),
+        inside("repeat", "w-times", fields("wait", "c", SECONDS=1), TIMES=0),
+        infrared,
+        fields("wait", "fine", SECONDS=1),
+    ]
+    followers = [
+        fields("drive", "w-dwell", DIRECTION="forward", SPEED="2", SECONDS=0),
+        fields("wait", "w-follower", SECONDS=1.5),
+        fields("wait", "fine-too", SECONDS=1),
+    ]
+    rows = [
+        *leader,
+        *followers,
+        leader[7]["inputs"]["STEPS"]["block"]["next"]["block"],
+        leader[8]["inputs"]["STEPS"]["block"]["next"]["block"],
+    ]
+    return leader, followers, {block["id"] for block in rows if block["id"].startswith("w-")}
+
+
+def fields(kind, block_id, **values):
+    return {"type": f"motorcade_{kind}", "id": block_id, "fields": values}
+
+
+def inside(kind, block_id, *row, **values):
+    return {**fields(kind, block_id, **values), "inputs": {"STEPS": {"block": chained(row)}} if row else {}}
+
+
+def chained(row):
+    below = None
+    for block in reversed(row):
+        below = {**block, "next": {"block": below}} if below else block
+    return below
+
+
+def test_all_wrong_blocks_are_marked_by_two_compilations(monkeypatch):
+    compilations = []
+
+    def counting(*arguments):
+        compilations.append(arguments)
+        return compile_program(*arguments)
+
+    monkeypatch.setattr(programs, "compile_program", counting)
+    leader, followers, wrong = wrong_blocks()
+    hats = {
+        "leader": {"type": LEADER_HAT, "id": "hat", "next": {"block": chained(leader)}},
+        "followers": {"type": FOLLOWERS_HAT, "id": "hat", "next": {"block": chained(followers)}},
+    }
+    sent = {name: {"blocks": {"blocks": [hat]}} for name, hat in hats.items()}
+    answer = ask("compile", {**sent, "profile": "classroom"})
+    marked = {diagnostic["block"] for diagnostic in answer["diagnostics"] if diagnostic["severity"] == "error"}
+    assert (len(wrong), wrong - marked, marked - wrong) == (13, set(), set())
+    assert len(compilations) <= 2
+    assert {word["block"] for word in answer["words"]} >= {"fine", "fine-too"}

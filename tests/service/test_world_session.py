@@ -1,14 +1,19 @@
 """A page's session with its world, with the test's clock and without a server."""
 
+from dataclasses import replace
+
 import pytest
 
-from motorcade import Followers, Program, compile_program, forward, led, left
+from motorcade import Followers, Mat, Pose, Program, World, compile_program, forward, led, left
 from motorcade.errors import MotorcadeError
+from motorcade.mats import Starts
+from motorcade.service.studio_world import StudioWorld
 from motorcade.service.world_messages import (
     CarDetails,
     Move,
     Pause,
     Play,
+    Refused,
     SetWorld,
     Shown,
     State,
@@ -20,6 +25,7 @@ from motorcade.service.world_session import CAR_S, HIDDEN_AFTER_S, HIDDEN_STEP_S
 from motorcade.words.infrared import check_of, tagged_frame
 from support.pictures import Picture
 from support.session_page import SessionPage, server_world
+from support.strategies import CLASSROOM
 
 IMAGE = compile_program(Program([forward(3, speed=2), left(1)], Followers([led(1, 1)]))).image
 MAT = {
@@ -63,6 +69,21 @@ def test_a_world_in_play_sends_30_pictures_and_4_states_a_second(page: SessionPa
     page.take(Picture)
     page.look(10)
     assert page.answers == []
+
+
+def test_a_world_whose_car_comes_to_the_end_of_the_plane_stops_and_says_why(page: SessionPage) -> None:
+    """Places end 2,147 m from 0; a car that a page moves may stand 2,000 m from it."""
+    fast = replace(CLASSROOM, speeds_mm_s=(0, 1, 2, 90_000), body=replace(CLASSROOM.body, diameter_mm=1900))
+    image = compile_program(Program([forward(3, speed=3)])).image
+    mat = Mat("a plane", Starts.of([Pose(1990, 0)], [True]), 5)
+    page.session.begin(StudioWorld(World(mat, [image], fast, events=True)))
+    page.send(Play())
+    page.look(5)
+    told = page.take(Refused)
+    assert [each.code for each in told] == ["car-left-plane"]
+    assert not page.session.playing
+    with pytest.raises(MotorcadeError, match="2,147 m"):
+        page.send(StepWorld())
 
 
 def test_a_tagged_frame_is_sent_as_word_tag_and_check(page: SessionPage) -> None:

@@ -56,7 +56,9 @@ class Witness:
             self.is_low, self.needs_neutral = False, True
         if event == "clear" and self.is_stopped:
             self.is_stopped, self.needs_neutral = False, True
-        if event == "stall" or failed:
+        # Nothing old can move a car that stands and that nobody drives.
+        delayed = event == "delay" and (self.driver != NOBODY or self.runs_program)
+        if event == "stall" or delayed or failed:
             self.needs_neutral = True
         if event == "resume" and answer:
             fault = fault or ("a stopped car runs its program" if self.is_stopped or self.is_low else "")
@@ -102,7 +104,7 @@ class Witness:
             self.wanted -= {session}
             if event == "move":
                 self.runs_program = False
-        if event in ("stall", "stop") or self.is_low:
+        if event in ("stall", "delay", "stop") or self.is_low:
             self.runs_program = False
             self.sent = NEUTRAL
 
@@ -149,5 +151,5 @@ def take(car: Arbiter, event: str, session: int, now: int) -> int | bool | None:
         return {"release": car.release, "gone": car.gone}[event](session, now)
     if event == "wait":
         return car.tick(now)
-    events = {"stop": car.stop, "clear": car.clear, "stall": car.stall, "low": car.discharge, "charged": car.charge}
-    return events[event]()
+    events = {"stop": car.stop, "clear": car.clear, "low": car.discharge, "charged": car.charge}
+    return (events | {"stall": car.stall, "delay": car.delay})[event]()

@@ -1,5 +1,6 @@
 """A class's server without a socket, and the browsers in its room."""
 
+import errno
 import json
 from contextlib import contextmanager
 from typing import Any
@@ -15,6 +16,11 @@ from support.world_page import Page
 HERE = "http://192.168.1.5:7710"
 FIRST_KEY, PASSWORD = "a-first-key", "correct horse"
 PROJECT: dict[str, Any] = {"leader": {}, "followers": None, "profile": "classroom"}
+
+
+def no_room(path, data):
+    """Be `motorcade.config.files.replace_file` on a full disk."""
+    raise OSError(errno.ENOSPC, "No space left on device")
 
 
 class Browser:

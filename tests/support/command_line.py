@@ -55,7 +55,7 @@ def run(*arguments, stdout=None, typed=None):
 
 def data(*arguments):
     """The JSON that a command prints, and nothing else."""
-    ran = run(*arguments)
+    ran = run("--json", *arguments)
     assert (ran.code, ran.err) == (0, "")
     return json.loads(ran.out)
 

@@ -15,11 +15,13 @@ class FaultProxy:
     Attributes:
         delay_s: how much later each chunk comes.
         is_held: whether nothing passes and nothing is lost, as in a frozen network.
+        passed: what came, in its order: whether from the server, and the bytes.
     """
 
     def __init__(self, target_port: int, host: str = "127.0.0.1"):
         self.target = host, target_port
         self.delay_s, self.is_held, self.port = 0.0, False, 0
+        self.passed: list[tuple[bool, bytes]] = []
         self._pairs: list[_Writers] = []
         self._dead: set[_Writers] = set()
         self._carrying: set[asyncio.Task[None]] = set()
@@ -99,6 +101,8 @@ class FaultProxy:
             chunk = b"not the end"
             while chunk:
                 chunk = await source.read(CHUNK_BYTES)
+                if chunk:
+                    self.passed.append((target is pair[0], chunk))
                 under_way.put_nowait((self._loop.time() + self.delay_s, chunk))
             await delivery
         finally:

@@ -17,7 +17,7 @@ from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.engine.geometry import FULL_TURN, NORMALS, cross, is_shaded, mix, nearest_of_segment
 from motorcade.engine.native import InterpretedKernels
 from motorcade.mats import Mat, Pose
-from motorcade.words.infrared import air_us, check_is_good, ones, tag_of
+from motorcade.words.infrared import air_us, check_is_good, is_remote_control, ones, tag_of
 from support import plain_senses
 
 BY_COLLISION, BY_SENDING = "collision", "sending"
@@ -189,6 +189,7 @@ class PlainWorld:
                 if (
                     bits != frame.bits
                     and ones(bits) % 2 == 0
+                    and not is_remote_control(bits)
                     and (check_is_good(bits) if tag_of(bits) else not bits & 0x7FE)
                 ):
                     self.undetected += not self._is_deaf(receiver)

@@ -1,5 +1,7 @@
 """A short run on a mat with obstacles and people, for the tests of recordings."""
 
+from typing import Any
+
 import numpy as np
 
 from motorcade.engine.moment import COLUMNS, Moment
@@ -57,11 +59,8 @@ def crowd(cars, moments):
     away_m = np.hypot(xs - xs[leads], ys - ys[leads])
     for moment in range(moments):
         held = away_m <= moment / moments * away_m.max()
-        shown = Moment(
-            t_ms=moment * 100,
-            counts={"frames": moment, "heard": int(held.sum()) * moment},
-            **{name: np.zeros(len(xs), each.packed) for name, each in COLUMNS.items()},
-        )
+        columns: dict[str, Any] = {name: np.zeros(len(xs), each.packed) for name, each in COLUMNS.items()}
+        shown = Moment(t_ms=moment * 100, counts={"frames": moment, "heard": int(held.sum()) * moment}, **columns)
         shown = shown._replace(x_m=(xs + moment * 0.02).astype(np.float32), y_m=ys.astype(np.float32), runs=held)
         word_now = np.where(held, word, 0).astype(np.uint32)
         shown = shown._replace(word=word_now, led=np.full(len(xs), 4, np.uint8), sends=leads)

@@ -3,8 +3,10 @@
 import asyncio
 import selectors
 import threading
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Callable, Coroutine, Iterator
 from contextlib import asynccontextmanager, closing, contextmanager
+from functools import wraps
+from typing import Any
 
 from motorcade.boards.computer import ComputerBoard, Equipment, run_many
 from motorcade.boards.lines import TcpPort
@@ -16,6 +18,11 @@ from support.strategies import CLASSROOM
 FIRST = bytes.fromhex("02000000 64800000 6D000000")
 SECOND = bytes.fromhex("01000000 40280000")
 FIRST_CRC32, SECOND_CRC32 = "8215339d", "04c29092"
+
+
+def in_loop(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., None]:
+    """Run a test in an event loop with the real time, since its cars are threads and sockets."""
+    return wraps(test)(lambda *arguments, **options: asyncio.run(test(*arguments, **options)))
 
 
 class SimulatedCar(ComputerBoard):

@@ -3,6 +3,7 @@
 import asyncio
 import json
 import struct
+from typing import Any
 
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
@@ -76,26 +77,55 @@ class Line(asyncio.Transport):
         return found
 
 
-class Car:
-    """A server without sockets."""
+class Timer:
+    """A timer of the car, which ends when the test lets time pass."""
 
-    def __init__(self, byte_order: str = "big") -> None:
-        self.board = Applied()
+    def __init__(self, due_ms: float, call) -> None:
+        self.due_ms, self.call = due_ms, call
+
+    def cancel(self) -> None:
+        self.due_ms = float("inf")
+
+
+class Car:
+    """A server without sockets. ``said`` is what its console shows."""
+
+    def __init__(self, byte_order: str = "big", board: Any = None) -> None:
+        self.board = board or Applied()
         self.now_ms = 0
         self.control = CarControl(self.board, lambda: self.now_ms, PROFILE)
         self.server = Clients(self.control, byte_order)
+        self.server.later = self._later  # type: ignore[assignment]
+        self.said: list[str] = []
+        self.server.refusals.say = lambda phrase: self.said.append(phrase.sentence())
+        self._timers: list[Timer] = []
 
     def commands(self, port: int = 1000, address: str = ADDRESS) -> tuple[CommandChannel, Line]:
         return self._connect(CommandChannel(self.server, lambda: None), port, address)
 
     def telemetry(self, port: int = 2000, address: str = ADDRESS) -> tuple[TelemetryChannel, Line]:
-        return self._connect(TelemetryChannel(self.server, lambda: None), port, address)
+        channel, line = self._connect(TelemetryChannel(self.server, lambda: None), port, address)
+        (greeting,) = line.frames()
+        assert greeting["you"] is None
+        return channel, line
 
     def _connect(self, channel, port, address):
         line = Line(port, address)
         line.channel = channel
         channel.connection_made(line)
         return channel, line
+
+    def _later(self, seconds: float, call) -> Timer:
+        self._timers.append(Timer(self.now_ms + seconds * 1000, call))
+        return self._timers[-1]
+
+    def wait(self, ms: int) -> None:
+        """Let time pass, and the timers end that are due then."""
+        self.now_ms += ms
+        due = [timer for timer in self._timers if timer.due_ms <= self.now_ms]
+        self._timers = [timer for timer in self._timers if timer.due_ms > self.now_ms]
+        for timer in due:
+            timer.call()
 
     def tell(self, times: int = 1) -> None:
         """Let periods of telemetry pass."""
@@ -113,6 +143,12 @@ def receive(channel: CommandChannel, data: bytes) -> None:
         buffer[:size] = data[:size]
         channel.buffer_updated(size)
         data = data[size:]
+
+
+def begin(car: Car, channel: CommandChannel, data: bytes) -> None:
+    """Send the first commands of a connection, and wait until it is believed."""
+    receive(channel, data)
+    car.wait(50)
 
 
 def ask(channel: TelemetryChannel, line: Line, **request) -> dict:

@@ -12,6 +12,7 @@ from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.mats import Mat, Starts
 from motorcade.program.steps import Step
 from support.strategies import CLASSROOM
+from support.worlds import CrowdedWorld
 
 STILL, FORWARD = 0, 2
 LEFT, RIGHT_FAST, FORWARD_FAST = 1 * 4 + 2, 2 * 4 + 3, 3
@@ -21,7 +22,7 @@ def world(
     mat: Mat, leader: list[Step], followers: Followers | list[Step] | None = None, profile: Profile = CLASSROOM
 ) -> World:
     """A world of cars whose leaders run one program."""
-    return World(mat, [compile_program(Program(leader, followers)).image], profile, events=True)
+    return CrowdedWorld(mat, [compile_program(Program(leader, followers)).image], profile, events=True)
 
 
 def table(leader: list[Step], followers: Followers | list[Step] | None, poses: Sequence[Pose], **more: Any) -> World:

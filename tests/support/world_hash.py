@@ -2,6 +2,7 @@
 
 import hashlib
 
+from motorcade.engine.moment import COLUMNS
 from motorcade.engine.simulation import Simulation
 from motorcade.service.studio_world import StudioWorld
 
@@ -15,7 +16,7 @@ def state_hash(world: Simulation) -> str:
     for which in range(world.worlds):
         summed.update(repr(world.totals(which)).encode() + memory.read(world.take_rows(which)))
         shown = world.snapshot(which)
-        summed.update(b"".join([bytes(column) for column in shown[1:-1]]))
+        summed.update(b"".join([bytes(getattr(shown, name)) for name in COLUMNS]))
     return summed.hexdigest()
 
 

@@ -5,9 +5,11 @@ import gc
 import os
 import sys
 from functools import partial
+from pathlib import Path
 
 import pytest
 import serial
+from serial.tools.list_ports_common import ListPortInfo
 
 from motorcade.boards.computer import ImageStore, simulated_car
 from motorcade.boards.lines import TcpPort
@@ -81,7 +83,7 @@ def test_a_simulated_car_takes_an_image_and_gives_it_back(kind, image, tmp_path,
     assert answer.startswith(f"OK words={len(image) // 4} crc32=")
     assert sent == sorted(set(sent))
     assert sent[-1] == len(image)
-    assert store.read_bytes() == image
+    assert ImageStore(store).load() == image
 
 
 @every_line
@@ -118,14 +120,12 @@ BAD_ANSWERS = {
     "ERR": (b"ERR the image could not be stored\n", REFUSED, "refused: the image could not be stored"),
     "noise in ERR": (b"ERR \x1b]0;owned\x07\xff\n", REFUSED, "refused: ?]0;owned??"),
     "half a line": (b"OK words=2 crc32=fcf9", NO_ANSWER, "no answer within"),
-    "chatter": (b"~~~~~~\n" * 100, NO_ANSWER, "no answer within"),
 }
 BAD_IMAGES = {
     "silent": (b"", NO_ANSWER, "no answer within"),
     "cut off": (IMAGE[:6], NO_ANSWER, "stopped after 6 bytes"),
     "ERR": (b"ERR nothing here\n", VERIFICATION, "nothing here"),
     "busy": (b"ERR busy with another uploader\n", PORT_BUSY, "busy with another uploader"),
-    "chatter": (b"hello, this is no car\n", VERIFICATION, "no image"),
     "bad word": (bytes.fromhex("01000000 64800001"), VERIFICATION, "parity is 1"),
 }
 BAD = [pytest.param(True, *bad, id=f"upload: {name}") for name, bad in BAD_ANSWERS.items()]
@@ -145,6 +145,38 @@ def test_a_bad_answer(car, monkeypatch, uploads, answer, exit_code, says):
     assert says in sentence
     # Whoever uploads asks the car what it holds now; who reads asks for no change.
     assert ("keeps the image that it had" in sentence) == uploads
+
+
+FOREIGN = {
+    "a sensor's sketch": (b"Distance: 23 cm\r\n" * 40, 'sends "Distance: 23 cm"'),
+    "one line": (b"hello, this is no car\n", 'sends "hello, this is no car"'),
+    "Python": (b"\r\nMicroPython v1.28.0 on 2026-01-01\r\n>>> ", "the prompt of Python"),
+    "a printer": (b"start\necho:Marlin 2.1\nError:Unknown command\n", "3D printer"),
+    "a GPS receiver": (b"$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M*47\r\n" * 9, "GPS"),
+}
+
+
+@every_line
+@pytest.mark.parametrize("uploads", [True, False], ids=["upload", "readback"])
+@pytest.mark.parametrize("name", FOREIGN)
+def test_a_board_that_runs_something_else_is_told_by_what_it_sends(car, monkeypatch, uploads, name):
+    sent, says = FOREIGN[name]
+    monkeypatch.setattr(talk, "SETTLE_MS", 50)
+    for module in (protocol, talk):
+        for limit in ("ANSWER_WITHIN_MS", "CHECKED_WITHIN_MS"):
+            if hasattr(module, limit):
+                monkeypatch.setattr(module, limit, 200)
+    car.answer(sent, to=READBACK_REQUEST)
+    sentence = refused(NO_ANSWER, upload if uploads else readback, car.port)
+    assert says in sentence
+    assert "no Motorcade car" in sentence
+    # Nothing is known of an image, and a board that runs something else takes none unverified either.
+    assert not any(word in sentence for word in ("image", "--no-verify", "cable"))
+
+
+@pytest.mark.parametrize("heard", [b"", b"\xf3\x81~\x00" * 30, b"O? words=7 crc32=1c6a5f0e\n", b"\x00\x00\xff"])
+def test_noise_and_damaged_answers_are_no_other_program(heard):
+    assert talk.other_program(heard) is None
 
 
 @every_line
@@ -200,7 +232,8 @@ def test_a_car_that_goes_away_in_the_middle_of_an_upload(car, image, says):
     car.play(lambda: (car.get_ready(), car.receive(6), car.hang_up()))
     slow = 9600 if image is LARGEST else 115200
     sentence = refused(WENT_AWAY, serial_port.upload, car.port, image=image, baud=slow)
-    assert "went away in the middle" in sentence
+    assert "in the middle" in sentence
+    assert ("cable" in sentence) == (not car.port.startswith("socket"))
     assert says in sentence
 
 
@@ -208,7 +241,7 @@ def test_a_car_that_goes_away_in_the_middle_of_an_upload(car, image, says):
 def test_a_car_that_goes_away_in_the_middle_of_a_readback(car):
     car.play(lambda: (car.receive(4), car.send(IMAGE[:5]), car.hang_up()))
     sentence = refused(WENT_AWAY, readback, car.port)
-    assert "went away" in sentence
+    assert "in the middle" in sentence
     assert "image that it had" not in sentence
 
 
@@ -264,8 +297,20 @@ def test_a_port_that_somebody_else_has_open_is_busy(car):
         (PORT_BUSY, "close the other program", ["could not open port 'P': PermissionError(13, 'No.', None, 5)"]),
         (PORT_FORBIDDEN, "On Linux join the group", [13, "could not open port P: [Errno 13] Permission denied: 'P'"]),
         (PORT_BUSY, "close the other program", [16, "could not open port P: [Errno 16] Device busy: 'P'"]),
+        *(
+            (
+                PORT_NOT_FOUND,
+                f"Windows' error {number}, A device",
+                [f"could not open port 'P': {kind}, None, {number})"],
+            )
+            for kind in ("PermissionError(13, 'A device failed.'", "OSError(22, 'A device failed.'")
+            for number in (31, 87, 121, 1450)
+        ),
+        (PORT_NOT_FOUND, "the device or disk fails", [5, "could not open port P: [Errno 5] Input/output error: 'P'"]),
+        (PORT_NOT_FOUND, "don't understand each other", [71, "could not open port P: [Errno 71] Protocol error: 'P'"]),
+        (PORT_NOT_FOUND, "there is no such device", [19, "could not open port P: [Errno 19] No such device: 'P'"]),
+        (PORT_NOT_FOUND, "doesn't permit it", [1, "could not open port P: [Errno 1] Operation not permitted: 'P'"]),
     ],
-    ids=["missing, Windows", "in use, Windows", "denied, Linux", "in use, Linux"],
 )
 def test_what_the_system_says_about_a_port_becomes_a_sentence(monkeypatch, exit_code, says, problem):
     def fail(*arguments, **options):
@@ -274,3 +319,64 @@ def test_what_the_system_says_about_a_port_becomes_a_sentence(monkeypatch, exit_
     monkeypatch.setattr(serial, "serial_for_url", fail)
     assert says in refused(exit_code, upload, "P")
     assert says in refused(exit_code, readback, "P")
+
+
+def test_a_port_that_is_listed_is_not_said_to_be_missing(monkeypatch):
+    def fail(*arguments, **options):
+        raise serial.SerialException(2, "could not open port P: [Errno 2] No such file or directory: 'P'")
+
+    monkeypatch.setattr(serial, "serial_for_url", fail)
+    assert "There is no port" in refused(PORT_NOT_FOUND, upload, "P")
+    monkeypatch.setattr(serial_port.list_ports, "comports", lambda: [ListPortInfo("P", skip_link_detection=True)])
+    assert "P is there but can't be opened" in refused(PORT_NOT_FOUND, upload, "P")
+
+
+@pytest.mark.parametrize("kind", ["tcp"])
+def test_an_address_is_taken_as_it_is_printed(car):
+    car.take(OK)
+    assert upload(car.port.removeprefix("socket://")) == OK.decode().strip()
+
+
+@pytest.mark.parametrize("scheme", ["spy", "SPY", "alt", "hwgrep", "loop", "rfc2217", "cp2110", "file", "x y", ""])
+def test_of_addresses_only_sockets_are_ports(scheme, tmp_path, monkeypatch):
+    """pyserial would empty a file that `spy` names."""
+    monkeypatch.chdir(tmp_path)
+    kept = tmp_path / "kept.txt"
+    kept.write_text("mine", encoding="utf-8")
+    for rest in (f"/dev/null?file={kept}", "", "127.0.0.1:9", f"socket://127.0.0.1:9?file={kept}"):
+        refused(PORT_NOT_FOUND, upload, f"{scheme}://{rest}")
+    assert [(file.name, file.read_text(encoding="utf-8")) for file in tmp_path.iterdir()] == [("kept.txt", "mine")]
+
+
+@pytest.mark.parametrize("address", ["socket://127.0.0.1", "socket://127.0.0.1:9/?logging=debug", "socket://:9"])
+def test_a_socket_is_a_host_and_a_port_and_nothing_else(address):
+    with pytest.raises(MotorcadeError) as raised:
+        upload(address)
+    assert "HOST:PORT" in str(raised.value)
+
+
+@POSIX_ONLY
+def test_a_file_or_folder_is_no_port_and_is_not_opened(tmp_path):
+    """Nobody reads the FIFO: to open it would wait for ever."""
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").touch()
+    os.mkfifo(tmp_path / "fifo")
+    for port in (*tmp_path.iterdir(), "/dev/null"):
+        assert "is no serial port" in refused(PORT_NOT_FOUND, upload, str(port))
+
+
+def test_only_one_place_opens_ports():
+    """Whoever names a port has no other way to a device than the place that checks the name."""
+    source = Path(serial_port.__file__).parents[1]
+    found = {file.name for file in source.rglob("*.py") if "serial_for_url(" in file.read_text(encoding="utf-8")}
+    assert found == {"serial_port.py"}
+
+
+@pytest.mark.parametrize("port", ["COM3", "com12", r"\\.\COM12", "CNCA0"])
+def test_on_windows_a_port_is_a_com_name_or_one_that_is_listed(port, monkeypatch):
+    monkeypatch.setattr(sys, "platform", "win32")
+    monkeypatch.setattr(serial_port.list_ports, "comports", lambda: [ListPortInfo("CNCA0")])
+    assert serial_port.port_name(f" {port}") == port
+    for other in ("notes.txt", r"C:\COM3", "COM3.txt"):
+        with pytest.raises(MotorcadeError, match="is no serial port"):
+            serial_port.port_name(other)

@@ -6,6 +6,7 @@
 #include "MotorcadeAvr.h"
 #include "MotorcadeBoard.h"
 #include "MotorcadeCar.h"
+#include "MotorcadeSerial.h"
 #include "MotorcadeSettings.h"
 #include "MotorcadeStore.h"
 

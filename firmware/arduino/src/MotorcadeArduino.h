@@ -10,6 +10,7 @@
 #include "MotorcadeBoard.h"
 #include "MotorcadeInfrared.h"
 #include "MotorcadeParts.h"
+#include "MotorcadeSerial.h"
 #include "MotorcadeSettings.h"
 
 namespace motorcade {
@@ -31,7 +32,7 @@ class ArduinoBoard : public Board {
   uint32_t now_ms() override { return millis() & TICKS_MASK; }
   ImageStore &store() override { return store_; }
   uint16_t read_serial(uint8_t *data, uint16_t most) override;
-  uint16_t serial_room() override { return Serial.availableForWrite(); }
+  uint16_t serial_room() override { return serial_room_.of(Serial); }
   void write_serial(const uint8_t *data, uint16_t count) override { Serial.write(data, count); }
   bool next_frame(uint32_t &frame) override { return receiver_.next_frame(micros(), frame); }
   bool senses_carrier() override;
@@ -66,6 +67,7 @@ class ArduinoBoard : public Board {
   Ultrasonic ultrasonic_;
   VoicePatterns patterns_;
   Stream *voice_;
+  SerialRoom serial_room_;
   uint32_t number_;
   bool is_leader_;
 };

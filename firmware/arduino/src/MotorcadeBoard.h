@@ -39,7 +39,7 @@ class Board {
     (void)most;
     return 0;
   }
-  // How many bytes `write_serial` takes now without waiting.
+  // How many bytes `write_serial` takes now without waiting; MotorcadeSerial.h asks any core.
   virtual uint16_t serial_room() { return 0; }
   // Send bytes over the serial line; at most `serial_room()` of them.
   virtual void write_serial(const uint8_t *data, uint16_t count) {

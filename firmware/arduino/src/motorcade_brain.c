@@ -79,12 +79,6 @@ uint32_t motorcade_infrared_air_us(uint32_t frame, uint32_t unit_us)
     return (MOTORCADE_INFRARED_FIXED_UNITS + ((uint32_t)MOTORCADE_INFRARED_ONE_SPACE_UNITS - MOTORCADE_INFRARED_ZERO_SPACE_UNITS) * motorcade_infrared_ones(frame)) * unit_us;
 }
 
-/* Return the tag of the slot after the one with `tag`: after 31 comes 1. */
-uint8_t motorcade_infrared_next_tag(uint8_t tag)
-{
-    return (uint8_t)((uint32_t)(tag % MOTORCADE_INFRARED_TAGS) + 1);
-}
-
 /* Return the check, 0 to 31, that belongs to bits 31 to 6 of a frame. */
 uint8_t motorcade_infrared_check_of(uint32_t frame)
 {
@@ -105,6 +99,25 @@ uint32_t motorcade_infrared_tagged_frame(uint32_t word, uint8_t tag)
 {
     uint32_t frame = (word & MOTORCADE_INFRARED_ACTION_BITS) | ((uint32_t)tag << 6);
     return motorcade_infrared_to_frame(frame | ((uint32_t)motorcade_infrared_check_of(frame) << 1));
+}
+
+/* Return 1 where bits 7 to 0 are the complement of bits 15 to 8, as in each frame of NEC's protocols, else 0. */
+uint8_t motorcade_infrared_is_remote_control(uint32_t frame)
+{
+    return ((frame ^ (frame >> 8)) & 255) == 255 ? 1 : 0;
+}
+
+/* Return the tag of the slot of `word` after the one with `tag`: after 31 comes 1.
+ *
+ * A tag with which the frame would look like a remote control's is passed over; the one after it never does.
+ */
+uint8_t motorcade_infrared_next_tag(uint8_t tag, uint32_t word)
+{
+    tag = (uint8_t)((uint32_t)(tag % MOTORCADE_INFRARED_TAGS) + 1);
+    if (motorcade_infrared_is_remote_control(motorcade_infrared_tagged_frame(word, tag))) {
+        tag = (uint8_t)((uint32_t)(tag % MOTORCADE_INFRARED_TAGS) + 1);
+    }
+    return tag;
 }
 
 /* Return 1 where the number of ones in a frame is even, as in every good frame, else 0. */
@@ -197,6 +210,8 @@ static void motorcade_receiver_drop(uint32_t *r, uint16_t count)
 {
     r[MOTORCADE_RECEIVER_LENGTH] = 0;
     r[MOTORCADE_RECEIVER_START] = (uint32_t)(uint16_t)r[MOTORCADE_RECEIVER_START] + count;
+    /* A request checks no words, and the index may not fall below 0 when the buffer's bytes move to its start. */
+    r[MOTORCADE_RECEIVER_CHECKED] = (uint16_t)r[MOTORCADE_RECEIVER_START];
     if ((uint16_t)r[MOTORCADE_RECEIVER_START] == (uint16_t)r[MOTORCADE_RECEIVER_END]) {
         r[MOTORCADE_RECEIVER_START] = 0;
         r[MOTORCADE_RECEIVER_END] = 0;
@@ -764,6 +779,12 @@ uint8_t motorcade_frames_is_tagged(const struct motorcade_image *image)
     return (motorcade_image_word(image, 0) & 255) == MOTORCADE_BRAIN_TAGGED ? 1 : 0;
 }
 
+/* Return the follower word of a leader's present slot. */
+static uint32_t motorcade_frames_slot_word(uint32_t *s, const struct motorcade_image *image)
+{
+    return motorcade_image_word(image, (uint32_t)1 + BITS(motorcade_image_word(image, 0), 24, 255) + (uint8_t)s[MOTORCADE_BRAIN_SLOT]);
+}
+
 /* Make the first frame of a slot due. */
 static void motorcade_frames_open_slot(uint32_t *s)
 {
@@ -793,8 +814,8 @@ void motorcade_frames_leader_begin(uint32_t *s, const struct motorcade_image *im
         s[MOTORCADE_BRAIN_QUIET_MS] = now;
     }
     /* A new image counts on, since followers would ignore its words with tags that look old. */
-    if (motorcade_frames_is_tagged(image)) {
-        s[MOTORCADE_BRAIN_TAG] = motorcade_infrared_next_tag((uint8_t)(uint16_t)s[MOTORCADE_BRAIN_TAG]);
+    if (motorcade_frames_is_tagged(image) && BITS(motorcade_image_word(image, 0), 16, 255)) {
+        s[MOTORCADE_BRAIN_TAG] = motorcade_infrared_next_tag((uint8_t)(uint16_t)s[MOTORCADE_BRAIN_TAG], motorcade_frames_slot_word(s, image));
         motorcade_frames_open_slot(s);
     } else {
         s[MOTORCADE_BRAIN_TAG] = 0;
@@ -810,7 +831,7 @@ static uint8_t motorcade_frames_enter_slot(uint32_t *s, const struct motorcade_i
         s[MOTORCADE_BRAIN_SLOT_STARTED_MS] = motorcade_ticks_later_ms(s[MOTORCADE_BRAIN_SLOT_STARTED_MS], dwell);
         s[MOTORCADE_BRAIN_SLOT] = ((uint32_t)(uint8_t)s[MOTORCADE_BRAIN_SLOT] + 1) % BITS(motorcade_image_word(image, 0), 16, 255);
         if ((uint16_t)s[MOTORCADE_BRAIN_TAG]) {
-            s[MOTORCADE_BRAIN_TAG] = motorcade_infrared_next_tag((uint8_t)(uint16_t)s[MOTORCADE_BRAIN_TAG]);
+            s[MOTORCADE_BRAIN_TAG] = motorcade_infrared_next_tag((uint8_t)(uint16_t)s[MOTORCADE_BRAIN_TAG], motorcade_frames_slot_word(s, image));
         }
         is_new = 1;
     }
@@ -892,7 +913,7 @@ static uint8_t motorcade_frames_finds_air_free(uint32_t *s, uint8_t air_is_busy,
 /* Return the frame of the follower word that a leader is sending. */
 uint32_t motorcade_frames_leader_frame(uint32_t *s, const struct motorcade_image *image)
 {
-    uint32_t word = motorcade_image_word(image, (uint32_t)1 + BITS(motorcade_image_word(image, 0), 24, 255) + (uint8_t)s[MOTORCADE_BRAIN_SLOT]);
+    uint32_t word = motorcade_frames_slot_word(s, image);
     if ((uint16_t)s[MOTORCADE_BRAIN_TAG]) {
         return motorcade_infrared_tagged_frame(word, (uint8_t)(uint16_t)s[MOTORCADE_BRAIN_TAG]);
     }
@@ -1040,11 +1061,15 @@ static uint8_t motorcade_frames_hears_tagged(uint32_t *s, uint32_t frame, uint32
     return MOTORCADE_FRAMES_IGNORED;
 }
 
-/* Take a frame that ended now; call follower_step first. Return the result, BEGUN to BAD_CHECK. */
+/* Take a frame that ended now; call follower_step first. Return the result, BEGUN to REMOTE. */
 uint8_t motorcade_frames_follower_hears(uint32_t *s, uint32_t frame, uint32_t now, const uint32_t *levels)
 {
     if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] && BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_FRAMES_ACCEPT_IR_AT, 1) == 0) {
         return MOTORCADE_FRAMES_DEAF;
+    }
+    if (motorcade_infrared_is_remote_control(frame)) {
+        s[MOTORCADE_BRAIN_LOST_REMOTE] = s[MOTORCADE_BRAIN_LOST_REMOTE] + 1;
+        return MOTORCADE_FRAMES_REMOTE;
     }
     if (motorcade_infrared_parity_is_even(frame) == 0) {
         s[MOTORCADE_BRAIN_LOST_PARITY] = s[MOTORCADE_BRAIN_LOST_PARITY] + 1;

@@ -120,8 +120,14 @@ uint8_t motorcade_infrared_check_is_good(uint32_t frame);
 /* Return the frame of `word`, of which bits 31 to 11 count, with `tag`, 1 to 31. */
 uint32_t motorcade_infrared_tagged_frame(uint32_t word, uint8_t tag);
 
-/* Return the tag of the slot after the one with `tag`: after 31 comes 1. */
-uint8_t motorcade_infrared_next_tag(uint8_t tag);
+/* Return 1 where bits 7 to 0 are the complement of bits 15 to 8, as in each frame of NEC's protocols, else 0. */
+uint8_t motorcade_infrared_is_remote_control(uint32_t frame);
+
+/* Return the tag of the slot of `word` after the one with `tag`: after 31 comes 1.
+ *
+ * A tag with which the frame would look like a remote control's is passed over; the one after it never does.
+ */
+uint8_t motorcade_infrared_next_tag(uint8_t tag, uint32_t word);
 
 /* Return 1 where `tag` is 1 to 15 slots after `other`, else 0. */
 uint8_t motorcade_infrared_tag_is_newer(uint8_t tag, uint8_t other);
@@ -236,6 +242,7 @@ uint8_t motorcade_receiver_next_event(uint32_t *r, uint8_t *buffer, uint16_t wor
 #define MOTORCADE_BRAIN_LOST_PARITY 8 /* follower: frames dropped for their parity */
 #define MOTORCADE_BRAIN_LOST_RESERVED 9 /* follower: frames dropped for a reserved field */
 #define MOTORCADE_BRAIN_LOST_CHECK 10 /* follower: tagged frames dropped for their check */
+#define MOTORCADE_BRAIN_LOST_REMOTE 12 /* follower: frames of remote controls */
 #define MOTORCADE_BRAIN_RELAY_MS 11 /* follower, leader of tagged words: a time; RELAY decides what it means */
 #define MOTORCADE_BRAIN_RELAY 13 /* follower, leader of tagged words: state of sending, BUSY to RESTING of motorcade.car.frames */
 /* Places for tagged words; with a bare word they are 0. */
@@ -372,6 +379,7 @@ void motorcade_brain_draw_headings(uint32_t *s, uint32_t running_ms, const uint3
 #define MOTORCADE_FRAMES_BAD_RESERVED 3
 #define MOTORCADE_FRAMES_DEAF 4 /* the running word does not accept infrared */
 #define MOTORCADE_FRAMES_BAD_CHECK 5
+#define MOTORCADE_FRAMES_REMOTE 6 /* a remote control sent it */
 
 /* Return how long a leader with `image` sends each follower word. */
 uint32_t motorcade_frames_dwell_ms(const struct motorcade_image *image, const uint32_t *levels);
@@ -397,7 +405,7 @@ uint32_t motorcade_frames_leader_frame(uint32_t *s, const struct motorcade_image
 /* Return the frame of the word that a follower passes on. */
 uint32_t motorcade_frames_follower_frame(uint32_t *s);
 
-/* Take a frame that ended now; call follower_step first. Return the result, BEGUN to BAD_CHECK. */
+/* Take a frame that ended now; call follower_step first. Return the result, BEGUN to REMOTE. */
 uint8_t motorcade_frames_follower_hears(uint32_t *s, uint32_t frame, uint32_t now, const uint32_t *levels);
 
 /* Return 1 where a follower that passes its word on begins a frame of `s[WORD]` now, else 0.

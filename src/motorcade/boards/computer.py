@@ -6,6 +6,7 @@
 import os
 import threading
 import time
+from binascii import crc32
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -17,7 +18,7 @@ from motorcade.boards.on_chip.parts import SerialVoice
 from motorcade.car.board import VOICE_WORDS, Board
 from motorcade.car.brain import NO_LED, NO_VOICE
 from motorcade.car.loop import Car
-from motorcade.config.files import replace_file
+from motorcade.config.files import read_bytes, replace_file
 from motorcade.config.profile import Profile, levels_of
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.words.image import ImageError, parse_image_bytes
@@ -31,6 +32,7 @@ _SHARED_WAIT_S, _SHARED_TICK_S = 0.02, 0.2
 # Any byte is a sign of life for a watchdog; V disarms it. Source: the kernel's watchdog-api.
 _ALIVE = b"\0"
 _DISARM = b"V"
+_SUM_BYTES = 4
 # Called with what a car's loop reports: kind, time in ms, word, detail (`motorcade.car.board.Board.note`).
 Observer = Callable[[str, int, int, int | str], None]
 
@@ -40,7 +42,10 @@ class StoreError(MotorcadeError):
 
 
 class ImageStore:
-    """An image in a file, and the car's name in one beside it. A crash at any moment leaves the old or the new one."""
+    """An image in a file, and the car's name in one beside it. A crash at any moment leaves the old or the new one.
+
+    Behind each stands its CRC-32, four bytes: what was cut or changed on the disk is neither run nor believed.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -49,7 +54,7 @@ class ImageStore:
     def load(self) -> bytes | None:
         """Return the image's bytes, None where there is no file yet. Raises StoreError."""
         try:
-            data = self.path.read_bytes()
+            data = unsealed(read_bytes(self.path))
             parse_image_bytes(data)
         except FileNotFoundError:
             return None
@@ -57,6 +62,8 @@ class ImageStore:
             raise StoreError("store-unreadable", path=self.path, reason=problem) from None
         except ImageError as problem:
             raise StoreError("store-holds-no-image", path=self.path, reason=problem) from None
+        except ValueError:
+            raise StoreError("store-holds-no-image", path=self.path, reason=Phrase("store-checksum")) from None
         return data
 
     def save(self, data: bytes) -> None:
@@ -65,8 +72,8 @@ class ImageStore:
 
     def load_name(self) -> str:
         """Return the name; empty where there is none, or none that a car may have."""
-        with suppress(OSError, UnicodeError):
-            name = self._name_path.read_bytes().decode()
+        with suppress(OSError, ValueError):
+            name = unsealed(read_bytes(self._name_path)).decode()
             return name if is_car_name(name) else ""
         return ""
 
@@ -76,7 +83,20 @@ class ImageStore:
 
     def _replace(self, path: Path, data: bytes) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
-        replace_file(path, data)
+        replace_file(path, sealed(data))
+
+
+def sealed(data: bytes) -> bytes:
+    """Return what an ImageStore writes for ``data``."""
+    return data + crc32(data).to_bytes(_SUM_BYTES, "big")
+
+
+def unsealed(stored: bytes) -> bytes:
+    """Return what was stored. Raises ValueError where that was cut or changed."""
+    data = stored[:-_SUM_BYTES]
+    if sealed(data) != stored:
+        raise ValueError("another checksum")
+    return data
 
 
 def keyboard_voice(lines: Iterable[str]) -> SerialVoice:
@@ -183,6 +203,9 @@ class ComputerBoard(Board):
     def note(self, kind: str, at_ms: int, word: int, detail: int | str) -> None:
         self._equipment.observe(kind, at_ms, word, detail)
 
+    def keep_alive(self) -> None:
+        """Note that the car's loop runs; called in each of its rounds."""
+
     def neutral(self) -> None:
         """Stop the wheels and switch the LEDs off."""
         self.set_wheels(0, 0)
@@ -254,6 +277,7 @@ def run(board: ComputerBoard, wait: Callable[[float], None], stops: Callable[[],
         while not stops():
             wait(TICK_S)
             car.tick()
+            board.keep_alive()
     finally:
         try:
             board.neutral()

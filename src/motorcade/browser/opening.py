@@ -128,7 +128,7 @@ class _World:
         """Return the memory before the first tick, and how to go on from there.
 
         ``run``, ``take`` and ``show`` list calls of kernels: the name, the address of the block, and for each number
-        that differs its address, its part that is constant, and a name (``tick``, ``ticks`` or ``events``) and factor.
+        that differs its address, its part that is constant, and a name (``until``, ``tick`` or ``events``) and factor.
         ``run`` takes at most ``most_ticks``. After it the number at ``count`` says how many ``rows`` of events there
         are: (from, to, bytes of a row, the most that there is room for). Where there are any, they are copied, and
         after ``take`` they are ``packed`` for a picture: (address, bytes of each). After ``show``, the picture's
@@ -169,7 +169,7 @@ class _World:
                 break
             tick, ticks = self._simulation.tick, max(step_ms // self._world.tick_ms, 1)
             rows = self._world.run(ticks * self._world.tick_ms)
-            values = {"tick": tick, "ticks": ticks, "events": len(rows) // EVENT_BYTES}
+            values = {"until": tick + ticks, "ticks": ticks, "events": len(rows) // EVENT_BYTES}
             stepped.append(_Sample(values, self._kernels.take_calls()))
             self._world.pictures.moment(is_stored=False)
             shown.append(_Sample({"tick": self._simulation.tick}, self._kernels.take_calls()))

@@ -31,6 +31,9 @@ _IDLE_S = 1.0
 _AGAIN_S = 0.5
 _MOST_BYTES = 1 << 22
 _CHUNK_BYTES = 1 << 16
+_MOST_HEAD_BYTES = 1 << 13
+# So many are read, since whoever reads as fast as a camera sends would leave others no time.
+_BYTES_A_SECOND = 1 << 24
 _LENGTH = re.compile(rb"^content-length[ \t]*:[ \t]*([0-9]{1,9})[ \t]*\r?$", re.IGNORECASE | re.MULTILINE)
 _MULTIPART, _JPEG = "multipart/x-mixed-replace", "image/jpeg"
 
@@ -217,6 +220,8 @@ class Parts:
         # Some servers name the boundary with its hyphens.
         self._boundary = b"--" + boundary.removeprefix("--").encode("latin-1")
         self._rest = bytearray()
+        # Up to here there is no boundary behind a head without a length.
+        self._searched = 0
 
     def receive_data(self, data: bytes) -> list[bytes]:
         """The pictures that are whole now. Raises ValueError where a part is too long."""
@@ -229,18 +234,24 @@ class Parts:
         return pictures
 
     def _next(self) -> bytes | None:
-        begin = self._rest.find(self._boundary)
-        head_end = self._rest.find(b"\r\n\r\n", begin)
+        begin, ahead = self._rest.find(self._boundary), len(self._boundary) - 1
+        # What stands before a boundary is nothing, so the part begins at the beginning of what is kept.
+        del self._rest[: begin if begin >= 0 else max(0, len(self._rest) - ahead)]
+        head_end = self._rest.find(b"\r\n\r\n", 0, _MOST_HEAD_BYTES)
         if begin < 0 or head_end < 0:
+            if len(self._rest) > _MOST_HEAD_BYTES:
+                raise ValueError(f"a head of more than {_MOST_HEAD_BYTES} bytes")
             return None
         body = head_end + 4
-        found = _LENGTH.search(self._rest, begin, head_end)
+        found = _LENGTH.search(self._rest, 0, head_end)
         length = int(found[1]) if found else None
-        end = self._rest.find(self._boundary, body) if length is None else body + length
+        end = body + length if length is not None else self._rest.find(self._boundary, max(body, self._searched))
         if end < body or end > len(self._rest):
+            self._searched = len(self._rest) - ahead
             return None
         picture = bytes(self._rest[body:end])
         del self._rest[:end]
+        self._searched = 0
         return picture if length is not None else picture.removesuffix(b"\r\n")
 
 
@@ -344,6 +355,7 @@ class WebCamera:
                     while data := answer.read1(_CHUNK_BYTES):
                         # Of pictures that come together only the newest counts.
                         yield from splitter.receive_data(data)[-1:]
+                        time.sleep(len(data) / _BYTES_A_SECOND)
                     return
                 if kind != _JPEG:
                     raise OSError(f"{kind[:40]} is no picture")

@@ -210,8 +210,13 @@ class Arbiter:
         self._take_event(CLEAR)
 
     def stall(self) -> None:
-        """Stop after a delay or a fault in the car itself: commands may be old, and outputs may not have arrived."""
+        """Stop after a fault in the car itself: outputs may not have arrived."""
         self._take_event(STALL)
+
+    def delay(self) -> None:
+        """Stop after a delay in the car itself, since commands may be old; not a car that stands and nobody drives."""
+        if self.state != READY or self.driver != NOBODY:
+            self._take_event(STALL)
 
     def discharge(self) -> None:
         """Let nothing move, because the battery is low."""

@@ -57,6 +57,7 @@ RELAYED: uint8_at = 13  # leader of bare words: 1 where followers pass words on
 LOST_PARITY = 8  # follower: frames dropped for their parity
 LOST_RESERVED = 9  # follower: frames dropped for a reserved field
 LOST_CHECK = 10  # follower: tagged frames dropped for their check
+LOST_REMOTE = 12  # follower: frames of remote controls
 RELAY_MS = 11  # follower, leader of tagged words: a time; RELAY decides what it means
 RELAY: uint8_at = 13  # follower, leader of tagged words: state of sending, BUSY to RESTING of motorcade.car.frames
 # Places for tagged words; with a bare word they are 0.

@@ -17,6 +17,7 @@ from motorcade.car.brain import (
     LAST_INTERVAL_MS,
     LOST_CHECK,
     LOST_PARITY,
+    LOST_REMOTE,
     LOST_RESERVED,
     NEXT_FRAME_MS,
     QUIET_MS,
@@ -48,6 +49,7 @@ from motorcade.words.formats import CONTROL, FRAME
 from motorcade.words.infrared import (
     air_us,
     check_is_good,
+    is_remote_control,
     next_tag,
     parity_is_even,
     tag_is_newer,
@@ -77,6 +79,7 @@ BAD_PARITY = 2
 BAD_RESERVED = 3
 DEAF = 4  # the running word does not accept infrared
 BAD_CHECK = 5
+REMOTE = 6  # a remote control sent it
 
 _ACCEPT_IR_AT = CONTROL.field("accept_ir").low
 _FORWARD_AT = CONTROL.field("forward").low
@@ -114,8 +117,8 @@ def leader_begin(s: list[int], image: ImageWords, now: int) -> None:
     if elapsed_ms(s[QUIET_MS], now) > 1000:
         s[QUIET_MS] = now
     # A new image counts on, since followers would ignore its words with tags that look old.
-    if is_tagged(image):
-        s[TAG] = next_tag(s[TAG])
+    if is_tagged(image) and image[0] >> 16 & 255:
+        s[TAG] = next_tag(s[TAG], _slot_word(s, image))
         _open_slot(s)
     else:
         s[TAG] = 0
@@ -149,10 +152,15 @@ def leader_sends(s: list[int], image: ImageWords, air_is_busy: uint8, now: int, 
 
 def leader_frame(s: list[int], image: ImageWords) -> int:
     """Return the frame of the follower word that a leader is sending."""
-    word = image[1 + (image[0] >> 24) + s[SLOT]]
+    word = _slot_word(s, image)
     if s[TAG]:
         return tagged_frame(word, s[TAG])
     return to_frame(word)
+
+
+def _slot_word(s: list[int], image: ImageWords) -> int:
+    """Return the follower word of a leader's present slot."""
+    return image[1 + (image[0] >> 24) + s[SLOT]]
 
 
 def follower_frame(s: list[int]) -> int:
@@ -170,7 +178,7 @@ def _enter_slot(s: list[int], image: ImageWords, now: int, levels: tuple[int, ..
         s[SLOT_STARTED_MS] = later_ms(s[SLOT_STARTED_MS], dwell)
         s[SLOT] = (s[SLOT] + 1) % (image[0] >> 16 & 255)
         if s[TAG]:
-            s[TAG] = next_tag(s[TAG])
+            s[TAG] = next_tag(s[TAG], _slot_word(s, image))
         is_new = 1
     return is_new
 
@@ -223,9 +231,12 @@ def _go_on_opening(s: list[int], levels: tuple[int, ...]) -> None:
 
 
 def follower_hears(s: list[int], frame: int, now: int, levels: tuple[int, ...]) -> uint8:
-    """Take a frame that ended now; call follower_step first. Return the result, BEGUN to BAD_CHECK."""
+    """Take a frame that ended now; call follower_step first. Return the result, BEGUN to REMOTE."""
     if s[RUNNING] and s[WORD] >> _ACCEPT_IR_AT & 1 == 0:
         return DEAF
+    if is_remote_control(frame):
+        s[LOST_REMOTE] = s[LOST_REMOTE] + 1
+        return REMOTE
     if parity_is_even(frame) == 0:
         s[LOST_PARITY] = s[LOST_PARITY] + 1
         return BAD_PARITY

@@ -59,6 +59,7 @@ _LOSS_REASONS = {
     frames.BAD_PARITY: "parity",
     frames.BAD_RESERVED: "reserved",
     frames.BAD_CHECK: "check",
+    frames.REMOTE: "remote",
     frames.DEAF: "deaf",
 }
 
@@ -226,6 +227,7 @@ class Car:
             try:
                 if not is_car_name(request.name):
                     return error_line("name-refused")
+                self._stand(now)
                 board.store_name(request.name)
             except OSError:
                 return error_line(KEEPS_NO_NAME)
@@ -300,14 +302,18 @@ class Car:
         is_moment = not is_busy and may_stop if self.leads else stands_in_silence
         if not is_moment and elapsed_ms(now, self._came_ms) < _STORE_WITHIN_MS:
             return False
-        if drives:
-            self._wheels = brain.STILL
-            self.board.set_wheels(0, 0)
-        # A car whose word isn't over drives on afterwards.
-        self._wake_ms = now
+        self._stand(now)
         return True
 
+    def _stand(self, now: int) -> None:
+        """Stop the wheels before something is stored, which may take seconds; a word that isn't over drives on then."""
+        if self._wheels & 3:
+            self._wheels = brain.STILL
+            self.board.set_wheels(0, 0)
+        self._wake_ms = now
+
     def _take_image(self, event: CarEvent, now: int) -> None:
+        self._stand(now)
         try:
             self.board.store_image(event.image)
         except OSError:

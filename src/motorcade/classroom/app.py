@@ -23,9 +23,9 @@ from motorcade.classroom.folder import ClassFolder, ReportOrder, class_report, w
 from motorcade.classroom.handlers import Asks, Handlers
 from motorcade.classroom.messages import ClassView, Goodbye, MatView, PairView, PupilRow, PupilView, exchanges_of
 from motorcade.classroom.pairs import Pairs
-from motorcade.classroom.record import Presence, Pupil
+from motorcade.classroom.record import TEACHER, Presence, Pupil
 from motorcade.classroom.room import Classroom
-from motorcade.classroom.running import TEACHER, ClassServerSettings, EmergencyStop, RunningClass
+from motorcade.classroom.running import ClassServerSettings, EmergencyStop, RunningClass
 from motorcade.classroom.shared_mat import SharedMat
 from motorcade.classroom.wall import Walls
 from motorcade.errors import MotorcadeError
@@ -64,7 +64,7 @@ def make_class_app(settings: ClassServerSettings, folder: ClassFolder) -> ASGIAp
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
         with suppress(MotorcadeError):
-            await running.delete_libraries()
+            await running.delete_strays()
         # On a full disk the class begins all the same: the teacher's page says why nothing is stored.
         with suppress(MotorcadeError):
             await running.settle()
@@ -128,6 +128,13 @@ def _address(connection: HTTPConnection) -> str:
     return network_of(connection.client.host if connection.client else "")
 
 
+def _asker(running: RunningClass, request: Request) -> str:
+    """Return who asks, a pupil's id or the teacher. Raises MotorcadeError where they may not ask for that now."""
+    if request.scope["path"].startswith(_TEACHER) and not running.is_teacher(request):
+        raise MotorcadeError("teacher-session-needed")
+    return running.visitor(request)
+
+
 async def _answer(running: RunningClass, handlers: Handlers, request: Request) -> Response:
     """Answer a request of `REQUESTS`: what it changes is stored before the answer is sent."""
     name = request.scope["path"].removeprefix(_API)
@@ -135,11 +142,12 @@ async def _answer(running: RunningClass, handlers: Handlers, request: Request) -
         raise MotorcadeError("not-found")
     kind, exchange = REQUESTS[name]
     owner = next(each for each in (running.room, running.mat, running.pairs, handlers) if isinstance(each, kind))
-    who, now_s = "" if exchange.is_open else running.visitor(request), running.settings.clock()
-    if who:
-        running.check_request(who)
+    if not exchange.is_open:
+        running.check_request(running.visitor(request))
     async with running.bodies.loaded(request) as data:
         arguments = exchange.request.arguments(data)
+    # The body may have come late, and had to wait for its turn: the right is asked now, and the deed is the next line.
+    who, now_s = "" if exchange.is_open else _asker(running, request), running.settings.clock()
     response, since = json_response(None), running.room.revision
     asks = Asks(request, response)
     given = {"self": owner, "asks": asks, "client": _address(request), "who": who, "now_s": now_s}
@@ -168,11 +176,13 @@ def _language(request: Request) -> str:
 
 async def _report(running: RunningClass, request: Request) -> Response:
     """Answer with the report that a ReportOrder asks for; the query's ``language`` is that of its page."""
-    language, pupils = _language(request), list(running.room.record.pupils)
+    language = _language(request)
     async with running.bodies.loaded(request) as data:
         order = decode(data, ReportOrder)
     mission = mission_in(order.text) if order.mission is None else built_in_mission(order.mission)
     async with running.reporting:
+        _asker(running, request)
+        pupils = list(running.room.record.pupils)
         page = await to_thread.run_sync(class_report, running.folder, order.files or pupils, mission, language)
     return HTMLResponse(page)
 

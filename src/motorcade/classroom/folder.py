@@ -11,7 +11,8 @@ import sys
 import tempfile
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
+from functools import partial
 from html import escape
 from itertools import chain, count
 from pathlib import Path, PureWindowsPath
@@ -23,13 +24,13 @@ from msgspec import Meta, Struct
 
 from motorcade.classroom.messages import Draft, StoredDraft
 from motorcade.classroom.names import RandomBelow
-from motorcade.classroom.record import ClassRecord, Pupil, from_bytes, new_record
+from motorcade.classroom.record import ClassRecord, Pupil, from_bytes, is_known, is_owner, new_record
 from motorcade.config.files import locked, raised_as, replace_file
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.missions.document import OWN
 from motorcade.missions.model import Mission
-from motorcade.server.studio.library import FolderStorage
-from motorcade.server.studio.uploads import VIRTUAL_CAR
+from motorcade.server.studio.library import OWNERS, FolderStorage, children, name_of
+from motorcade.server.studio.uploads import VIRTUAL_CAR, VirtualCarImage
 from motorcade.service.documents import project_text
 from motorcade.service.library import LONGEST_NAME, Limits, iso_time, mission_library
 from motorcade.service.messages import decode
@@ -40,6 +41,8 @@ RECORD, DRAFT, _LOCK = "class.json", "draft.json", ".running"
 LIMITS = Limits(projects=100, versions=100, size_bytes=128 << 20)
 _ENDING, _OVERVIEW = ".motorcade.json", "overview.html"
 _REPORT_S = 600.0
+# Behind an owner, in the name of the library of the owner's own missions.
+_OWN_MISSIONS = mission_library("")
 # So many files are checked in one report.
 MOST_FILES = 1000
 # Of the name of a file that a teacher chooses so many characters are kept: any file system takes them.
@@ -57,18 +60,33 @@ _WORDS = ("title", "pupil", "projects", "stars", "draft", "unreadable")
 class ClassFolder(FolderStorage):
     """The files of a class; an owner is a pupil's id, or the teacher.
 
-    All methods may be called in several threads.
+    All methods may be called in several threads. What is stored for an owner is stored by one thread at a time, and
+    only while the owner is in: nothing comes back behind a library that is deleted.
 
     Attributes:
         problem: why the disk takes nothing at present; None where it took what was stored last.
+        is_in: whether something may be stored for an owner.
     """
 
     def __init__(self, folder: Path, limits: Limits = LIMITS) -> None:
         super().__init__(folder, limits)
         self._file = folder / RECORD
-        self._copying = Lock()
+        self._locks: dict[str, Lock] = {}
+        self.is_in: Callable[[str], bool] = lambda owner: True
         self.problem: MotorcadeError | None = None
         self._new: ClassRecord | None = None
+
+    def _lock(self, owner: str) -> Lock:
+        return self._locks.setdefault(owner, Lock())
+
+    @contextmanager
+    def _owned(self, owner: str) -> Iterator[None]:
+        """Keep an owner in while the block stores something. Raises MotorcadeError where the owner is out already."""
+        base = owner.removesuffix(_OWN_MISSIONS)
+        with self._lock(base):
+            if not self.is_in(base):
+                raise MotorcadeError("no-such-pupil")
+            yield
 
     @contextmanager
     def _storing(self) -> Iterator[None]:
@@ -86,13 +104,18 @@ class ClassFolder(FolderStorage):
         self, owner: str, name: str, data: bytes, base: int | None = None, saved_at_s: float | None = None
     ) -> int:
         """Store a version, as `Storage` says, and keep in mind whether the disk takes it."""
-        with self._storing():
+        with self._owned(owner), self._storing():
             return super().write_version(owner, name, data, base, saved_at_s)
 
     def add_stars(self, owner: str, mission: str, stars: list[int]) -> list[int]:
         """Store stars, as `Storage` says, and keep in mind whether the disk takes them."""
-        with self._storing():
+        with self._owned(owner), self._storing():
             return super().add_stars(owner, mission, stars)
+
+    def delete(self, owner: str, name: str) -> None:
+        """Move a project to the folder ``deleted``. Raises MotorcadeError."""
+        with self._owned(owner):
+            super().delete(owner, name)
 
     @contextmanager
     def opened(self) -> Iterator[None]:
@@ -100,24 +123,37 @@ class ClassFolder(FolderStorage):
 
         Raises MotorcadeError where another server uses it, or it can't be written to.
         """
-        with raised_as("folder-not-writable", OSError, folder=self._folder):
-            self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            with suppress(OSError):
-                # A folder that was there already; some disks have no permissions.
-                self._folder.chmod(0o700)
-            with locked(self._folder / _LOCK, MotorcadeError("class-is-running", folder=self._folder)):
-                yield
+        with ExitStack() as stack:
+            with raised_as("folder-not-writable", OSError, folder=self._folder):
+                self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+                with suppress(OSError):
+                    # A folder that was there already; some disks have no permissions.
+                    self._folder.chmod(0o700)
+                refusal = MotorcadeError("class-is-running", folder=self._folder)
+                stack.enter_context(locked(self._folder / _LOCK, refusal))
+            yield
 
     def load(self, random_below: RandomBelow) -> ClassRecord:
-        """Return the class in the folder, or a new one. Raises MotorcadeError where its file is damaged."""
+        """Return the class in the folder, or a new one. Raises MotorcadeError where its file is damaged.
+
+        So is one that is missing, or older than the libraries: newcomers would get those of others.
+        """
         try:
-            return from_bytes(self._file.read_bytes(), self._file)
+            record = from_bytes(self._file.read_bytes(), self._file)
         except FileNotFoundError:
             # The same until it is stored: on a full disk the code that is printed is that of the server.
-            self._new = self._new or new_record(random_below)
-            return self._new
+            record = self._new = self._new or new_record(random_below)
         except OSError as problem:
             raise MotorcadeError("cant-read", reason=problem) from None
+        if not all(is_known(record, owner) for owner in self.owners()):
+            raise MotorcadeError("class-without-record", file=self._file, folder=self._folder / OWNERS)
+        return record
+
+    def owners(self) -> set[str]:
+        """Return the pupils and pairs for whom something is stored."""
+        folders = children(self._folder / OWNERS)
+        names = (name_of(folder.name) or "" for folder in folders)
+        return {owner for name in names if is_owner(owner := name.removesuffix(_OWN_MISSIONS))}
 
     def store(self, data: bytes) -> None:
         """Replace ``class.json`` by `to_bytes` of a record. Raises MotorcadeError where it can't; the old one stays."""
@@ -127,7 +163,7 @@ class ClassFolder(FolderStorage):
     def write_draft(self, owner: str, data: bytes) -> None:
         """Replace an owner's draft. Raises MotorcadeError."""
         folder = self._owner_folder(owner)
-        with self._storing():
+        with self._owned(owner), self._storing():
             folder.mkdir(parents=True, exist_ok=True)
             replace_file(folder / DRAFT, data)
 
@@ -163,24 +199,25 @@ class ClassFolder(FolderStorage):
             MotorcadeError: the name isn't allowed, or there is no room.
         """
         ending = f" ({note})" if note else ""
-        with self._copying:
+        with self._owned(to), self._storing():
             taken = {entry.name for entry in self.list(to)}
             endings = chain([ending], (f"{ending} {number}" for number in count(2)))
             wishes = (name[: LONGEST_NAME - len(each)] + each for each in endings)
             free = next(each for each in wishes if each not in taken)
-            self.write_version(to, free, data)
+            super().write_version(to, free, data)
         return free
 
     def remove_owner(self, owner: str) -> None:
         """Delete an owner's library, with the missions that the owner wrote. Raises MotorcadeError where it can't."""
-        for each in (owner, mission_library(owner)):
-            with raised_as("cant-delete", OSError), suppress(FileNotFoundError):
-                shutil.rmtree(self._owner_folder(each))
-            self._used_bytes.pop(each, None)
+        with self._lock(owner):
+            for library in (mission_library(owner), owner):
+                with raised_as("cant-delete", OSError), suppress(FileNotFoundError):
+                    shutil.rmtree(self._owner_folder(library))
+                self._used_bytes.pop(library, None)
 
-    def virtual_car(self, owner: str) -> Path:
-        """Return the file of an owner's simulated car."""
-        return self._owner_folder(owner) / VIRTUAL_CAR
+    def virtual_car(self, owner: str) -> VirtualCarImage:
+        """Return the store of an owner's simulated car."""
+        return VirtualCarImage(self._owner_folder(owner) / VIRTUAL_CAR, partial(self._owned, owner))
 
 
 class WorkFile(Struct):

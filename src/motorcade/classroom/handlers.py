@@ -3,6 +3,7 @@
 import os
 import secrets
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Annotated, NamedTuple
 
 import msgspec
@@ -15,14 +16,14 @@ from motorcade.classroom import messages
 from motorcade.classroom.messages import Id, Secret, Self, Text40, Window, request
 from motorcade.classroom.names import check_password, digest, is_password, to_stored
 from motorcade.classroom.network import join_url, qr_svg
-from motorcade.classroom.pairs import WINDOWS
-from motorcade.classroom.record import Pair, Pupil
+from motorcade.classroom.record import TEACHER, WINDOWS, Pair, Pupil
 from motorcade.classroom.room import SIGNED_IN_S
-from motorcade.classroom.running import TEACHER, EmergencyStop, RunningClass
+from motorcade.classroom.running import EmergencyStop, RunningClass
 from motorcade.errors import MotorcadeError
 from motorcade.server.studio.cars import CarList
 from motorcade.server.studio.sessions import PageWorlds
 from motorcade.service.documents import open_text, project_text
+from motorcade.service.library import allowed_name
 from motorcade.service.messages import MissionChoice, Project, StoredProject, sentences
 from motorcade.service.missions import Mission, chosen_mission, list_missions, open_mission
 from motorcade.timing import Attempts
@@ -81,6 +82,8 @@ class Handlers:
         self._running.remember(asks.response, asks.connection, secret)
         return self._room.self_of(pupil)
 
+    # Who leaves is out at once: that is stored as soon as it can be.
+
     @request("class/leave", is_open=True)
     def leave(self, asks: Asks) -> None:
         """Sign the pupil's device out."""
@@ -99,7 +102,11 @@ class Handlers:
         if first_key is None or not secrets.compare_digest(key.encode(), first_key.encode()):
             raise self._room.refuse(client, now_s, MotorcadeError("wrong-first-key"))
         check_password(password)
-        self._room.set_password(await to_thread.run_sync(to_stored, password, os.urandom(_SALT_BYTES)))
+        stored = await to_thread.run_sync(to_stored, password, os.urandom(_SALT_BYTES))
+        if self._running.first_key is None:
+            # Another request had the same key meanwhile.
+            raise MotorcadeError("wrong-first-key")
+        self._room.set_password(stored)
         await self._running.settle()
         # It works once.
         self._running.first_key = None
@@ -113,14 +120,17 @@ class Handlers:
 
     def _sign_in(self, asks: Asks) -> None:
         secret = secrets.token_urlsafe(_SECRET_BYTES)
-        self._room.sign_in(digest(secret), self._running.settings.unix_s() + SIGNED_IN_S)
+        self._room.sign_in(digest(secret), self._running.unix_s() + SIGNED_IN_S)
         self._running.remember(asks.response, asks.connection, secret, teacher=True)
 
     async def _check_password(self, client: str, password: str, now_s: float) -> None:
         """Raise MotorcadeError unless it is the password; one after the other, as each takes memory and time."""
         async with self._running.hashing:
             self._room.of_an_address.check(client, now_s)
-            if not await to_thread.run_sync(is_password, password, self._room.record.password or ""):
+            stored = self._room.record.password or ""
+            is_right = await to_thread.run_sync(is_password, password, stored)
+            # A password that was replaced meanwhile opens nothing any more.
+            if not is_right or stored != self._room.record.password:
                 raise self._room.refuse(client, now_s, MotorcadeError("wrong-password"))
 
     # Pupils.
@@ -142,6 +152,7 @@ class Handlers:
         giver, taker = self._room.pupil(who), self._room.pupil(to)
         self._gifts.count(who, now_s)
         data = await to_thread.run_sync(self._folder.read, giver.id, name)
+        giver, taker = self._room.pupil(who), self._room.pupil(to)
         copied = await to_thread.run_sync(self._folder.copy, data, taker.id, name, giver.name)
         self._room.tell(taker, "project", copied, giver.name)
         return copied
@@ -167,12 +178,14 @@ class Handlers:
         pair = self._pairs.begin(who, to, name)
         if not is_new:
             return
+        # Files are stored for those alone whom the class's file knows.
+        await self._running.settle()
         try:
             for window in WINDOWS:
-                await self._store_window(pair, window, project, 0)
+                await self._store_window(pair, who, window, project, 0)
         except MotorcadeError:
-            self._pairs.leave(who)
-            self._pairs.leave(to)
+            for pupil in (who, to):
+                self._pairs.leave(pupil, pair.id)
             raise
 
     @request("class/pair/read")
@@ -189,26 +202,44 @@ class Handlers:
 
         Raises MotorcadeError where it is another's, or was stored since version ``base``.
         """
-        return await self._store_window(self._pairs.owned(who, window), window, project, base)
+        return await self._store_window(self._pairs.owned(who, window), who, window, project, base)
 
-    async def _store_window(self, pair: Pair, window: Window, project: Project, base: int) -> int:
+    async def _store_window(self, pair: Pair, who: str, window: Window, project: Project, base: int) -> int:
         data = project_text(project).encode()
-        version = await to_thread.run_sync(self._folder.write_version, pair.library, window, data, base)
+
+        def store() -> int:
+            # Asked when the thread's turn has come: meanwhile the window may be another's.
+            library = self._pairs.owned(who, window).library
+            return self._folder.write_version(library, window, data, base)
+
+        version = await to_thread.run_sync(store)
         self._pairs.versions[pair.id, window] = version
         self._room.changes += 1
         return version
 
-    @request("class/pair/leave", stores=True)
+    @request("class/pair/leave")
     async def leave_pair(self, who: str) -> str:
-        """Leave the pair; return the name of the copy of the whole project in the own library ("" for none)."""
+        """Leave the pair; return the name of the copy of the whole project in the own library.
+
+        It is "" for none: who was only asked gets none, and where it can't be stored the page has the project.
+        """
         pair, copied = self._pairs.of(who), ""
-        if pair and who in pair.joined:
-            leader = (await self.read_window(who, "leader")).project
-            whole = structs.replace(leader, followers=(await self.read_window(who, "followers")).project.followers)
-            copied = await to_thread.run_sync(self._folder.copy, project_text(whole).encode(), who, pair.name)
-        self._pairs.leave(who)
-        await self._delete_libraries()
+        try:
+            if pair and who in pair.joined:
+                copied = await to_thread.run_sync(self._copy_of_pair, pair, who)
+        except MotorcadeError:
+            copied = ""
+        finally:
+            if pair:
+                self._pairs.leave(who, pair.id)
+        with suppress(MotorcadeError):
+            await self._delete_libraries()
         return copied
+
+    def _copy_of_pair(self, pair: Pair, who: str) -> str:
+        leader, followers = (open_text(self._folder.read(pair.library, window)) for window in WINDOWS)
+        whole = project_text(structs.replace(leader, followers=followers.followers))
+        return self._folder.copy(whole.encode(), who, allowed_name(pair.name))
 
     # The teacher.
 
@@ -245,19 +276,20 @@ class Handlers:
             self._running.show_changes()
             await self._worlds.pause_all(lambda visitor: visitor != TEACHER)
 
-    @request("teacher/remove", stores=True)
+    @request("teacher/remove")
     async def remove(self, pupil: Id) -> None:
         """Remove a pupil, and the library."""
-        self._pairs.leave(pupil)
         self._room.remove(pupil)
         await self._delete_libraries()
 
     async def _delete_libraries(self) -> None:
         """Delete the libraries of all who are out. They are out also where that isn't possible."""
-        await self._running.settle()
-        for owner in list(self._room.record.removed):
+        for owner in self._room.record.removed:
             self._running.mat.leave(owner)
             self._worlds.end(owner, MotorcadeError("class-session-needed"))
+        with suppress(MotorcadeError):
+            await self._running.settle()
+        # Where the disk is full, this makes room.
         await self._running.delete_libraries()
 
     @request("teacher/hand-out", stores=True)
@@ -331,23 +363,25 @@ class Handlers:
         Return the driven ones that could not be reached; the list of the others shows which have stopped.
         """
         self._room.stop_cars(True)
-        self._programmed.order(STOP)
         self._running.show_changes()
-        return await self._stop.stop()
+        try:
+            self._programmed.order(STOP)
+        finally:
+            missed = await self._stop.stop()
+        return missed
 
     @request("teacher/release-all")
     async def release_all(self) -> None:
         """Let pupils drive again, and programs begin anew."""
+        # Before anything is waited for: a stop that comes meanwhile holds.
+        self._room.stop_cars(False)
         self._programmed.order(GO)
         await self._stop.release()
-        self._room.stop_cars(False)
 
-    @request("teacher/end", stores=True)
+    @request("teacher/end")
     async def end(self, client: str, password: Secret, now_s: float) -> None:
         """End the class: pupils, their names and their work are deleted."""
         await self._check_password(client, password, now_s)
-        for pupil in self._room.record.pupils:
-            self._pairs.leave(pupil.id)
         self._room.end()
         self._running.mat.close()
         await self._delete_libraries()

@@ -10,11 +10,10 @@ from typing import Annotated
 from msgspec import Meta
 
 from motorcade.classroom.messages import Classmate, Conducted, PairView, Window, request
-from motorcade.classroom.record import Pair
-from motorcade.classroom.room import Classroom
+from motorcade.classroom.record import WINDOWS, Pair, leave_pair
+from motorcade.classroom.room import Classroom, for_all
 from motorcade.errors import MotorcadeError
 
-WINDOWS: tuple[Window, Window] = ("leader", "followers")
 # A partner who is away for so long may lose a window: a tablet that sleeps must not hold up the other one.
 AWAY_S = 20.0
 
@@ -51,7 +50,8 @@ class Pairs:
         pair = self.of(pupil)
         if pair is None:
             return None
-        other = next((self._room.pupil(each) for each in pair.members if each != pupil), None)
+        others = [member for member in self._room.record.pupils if member.id in pair.members and member.id != pupil]
+        other = next(iter(others), None)
         return PairView(
             name=pair.name,
             partner=Classmate(other.id, other.name, other.avatar) if other else None,
@@ -72,9 +72,9 @@ class Pairs:
             to: is asked.
             name: of the project.
         """
-        asked, pair = self._room.pupil(to), self.of(who)
+        asks, asked, pair = self._room.pupil(who), self._room.pupil(to), self.of(who)
         if pair and (len(pair.members) > 1 or who not in pair.joined):
-            raise MotorcadeError("in-a-pair-already", name=self._room.pupil(who).name)
+            raise MotorcadeError("in-a-pair-already", name=asks.name)
         if self.of(to) or who == to:
             raise MotorcadeError("in-a-pair-already", name=asked.name)
         record = self._room.record
@@ -98,8 +98,8 @@ class Pairs:
         self._room.save()
 
     def _is_away(self, pupil: str, now_s: float) -> bool:
-        presence = self._room.presence[pupil]
-        return not presence.pages and now_s - presence.left_s >= AWAY_S
+        presence = self._room.presence.get(pupil)
+        return presence is None or (not presence.pages and now_s - presence.left_s >= AWAY_S)
 
     @request("class/pair/join", stores=True)
     def join(self, who: str) -> None:
@@ -129,20 +129,11 @@ class Pairs:
             pair.asks = None
         self._room.save()
 
-    def leave(self, who: str) -> None:
+    def leave(self, who: str, pair_id: str | None = None) -> None:
         """Leave the pair: windows are free again. The last one who leaves ends it; so does who was never joined."""
         pair = self.of(who)
-        if pair is None:
-            return
-        pair.members.remove(who)
-        pair.joined = [each for each in pair.joined if each != who]
-        pair.owners = {window: None if owner == who else owner for window, owner in pair.owners.items()}
-        pair.asks = None
-        if not pair.joined:
-            self._room.record.pairs.remove(pair)
-            self._room.record.removed.append(pair.library)
-            self._conducted.pop(pair.id, None)
-        self._room.save()
+        if pair and pair_id in (None, pair.id):
+            self._room.part(lambda record: leave_pair(record, who))
 
     @request("class/pair/conduct")
     def conduct(
@@ -160,10 +151,20 @@ class Pairs:
         self._room.changes += 1
 
     def advance(self, now_s: float) -> None:
-        """Let time pass: who has no page for long is away."""
-        away = {each for pair in self._room.record.pairs for each in pair.joined if self._is_away(each, now_s)}
-        self._room.changes += away != self._away
-        self._away = away
+        """Let time pass: who has no page for long is away; what is known of pairs that are over is forgotten."""
+        away = set[str]()
+
+        def look(pair: Pair) -> None:
+            away.update(member for member in pair.joined if self._is_away(member, now_s))
+
+        try:
+            for_all(self._room.record.pairs, look)
+        finally:
+            self._room.changes += away != self._away
+            self._away = away
+            lasting = {pair.id for pair in self._room.record.pairs}
+            self._conducted = {pair: said for pair, said in self._conducted.items() if pair in lasting}
+            self.versions = {key: version for key, version in self.versions.items() if key[0] in lasting}
 
     def owned(self, who: str, window: Window) -> Pair:
         """Return a pupil's pair. Raises MotorcadeError where the window isn't the pupil's."""

@@ -1,9 +1,11 @@
 """What is known of a class: what ``class.json`` holds, and while the server runs who is here."""
 
+import re
 from dataclasses import dataclass
+from typing import Annotated
 
 import msgspec
-from msgspec import Struct, field
+from msgspec import Meta, Struct, field
 
 from motorcade.classroom.messages import News, Window
 from motorcade.classroom.names import RandomBelow, new_code
@@ -11,6 +13,15 @@ from motorcade.errors import MotorcadeError
 from motorcade.service.messages import MissionChoice
 
 FORMAT = "motorcade-class/1"
+WINDOWS: tuple[Window, Window] = ("leader", "followers")
+# The owner of the teacher's own projects; pupils' ids are numbers.
+TEACHER = "teacher"
+_PAIR = "pair-"
+_OWNER = re.compile(f"({_PAIR})?([0-9]{{1,8}})")
+# A pupil's id, or a pair's; a number of four digits; what names of cookies may hold.
+_Id = Annotated[str, Meta(pattern=r"^[0-9]{1,8}\Z")]
+_Number = Annotated[str, Meta(pattern=r"^[0-9]{4}\Z")]
+_Code = Annotated[str, Meta(pattern=r"^[0-9A-Za-z]{1,40}\Z")]
 
 
 class Pupil(Struct):
@@ -25,10 +36,10 @@ class Pupil(Struct):
         told: the number of the newest news.
     """
 
-    id: str
+    id: _Id
     name: str
     avatar: str
-    number: str
+    number: _Number
     devices: list[str] = []
     mission: int | None = None
     news: list[News] = []
@@ -47,7 +58,7 @@ class Pair(Struct):
         asks: who wants to swap the windows; None for nobody.
     """
 
-    id: str
+    id: _Id
     name: str
     members: list[str]
     joined: list[str]
@@ -57,7 +68,7 @@ class Pair(Struct):
     @property
     def library(self) -> str:
         """The owner of its files among those of the class's folder: a project for each window."""
-        return f"pair-{self.id}"
+        return f"{_PAIR}{self.id}"
 
 
 class SignIn(Struct):
@@ -82,8 +93,8 @@ class ClassRecord(Struct):
         paired: how many pairs there were since the beginning; the next one's id.
     """
 
-    code: str
-    id: str = ""
+    code: _Code
+    id: Annotated[str, Meta(pattern=r"^[0-9A-Za-z]{0,40}\Z")] = ""
     format: str = FORMAT
     title: str = ""
     is_open: bool = True
@@ -104,9 +115,67 @@ def new_record(random_below: RandomBelow) -> ClassRecord:
     return ClassRecord(new_code(random_below), new_code(random_below))
 
 
+def owners_of(record: ClassRecord) -> set[str]:
+    """Return whose libraries a class has: those of its pupils, its pairs and its teacher."""
+    return {TEACHER, *(pupil.id for pupil in record.pupils), *(pair.library for pair in record.pairs)}
+
+
+def is_owner(name: str) -> bool:
+    """Return whether it is the name of the library of a pupil or a pair."""
+    return bool(_OWNER.fullmatch(name))
+
+
+def is_known(record: ClassRecord, owner: str) -> bool:
+    """Return whether a pupil or a pair is, or was, one of this class: its number was given out."""
+    of_a_pair, number = _OWNER.fullmatch(owner).groups()  # type: ignore[union-attr]
+    return int(number) <= (record.paired if of_a_pair else record.joined)
+
+
+def leave_pair(record: ClassRecord, pupil_id: str) -> None:
+    """Take somebody out of the pair; the windows are free again. Without anybody who has joined the pair is over."""
+    for pair in [pair for pair in record.pairs if pupil_id in pair.members]:
+        pair.members = [member for member in pair.members if member != pupil_id]
+        pair.asks = None
+        _mend(record, pair)
+
+
+def _mend(record: ClassRecord, pair: Pair) -> None:
+    """Keep of a pair what belongs to its members; its library is to be deleted where nobody is in it."""
+    pair.joined = [member for member in pair.joined if member in pair.members]
+    owners = {window: pair.owners.get(window) for window in WINDOWS}
+    if pair.asks not in pair.joined:
+        pair.asks = None
+    pair.owners = {window: owner if owner in pair.joined else None for window, owner in owners.items()}
+    if not pair.joined:
+        record.pairs.remove(pair)
+        record.removed.append(pair.library)
+
+
+def take_out(record: ClassRecord, pupil_id: str) -> None:
+    """Take a pupil out of a class, if there is such a pupil; the library is to be deleted."""
+    leave_pair(record, pupil_id)
+    staying = [pupil for pupil in record.pupils if pupil.id != pupil_id]
+    if len(staying) < len(record.pupils):
+        record.removed.append(pupil_id)
+    record.pupils = staying
+
+
+def mend(record: ClassRecord) -> None:
+    """Take out of all pairs whoever is no pupil of the class."""
+    pupils = {pupil.id for pupil in record.pupils}
+    for pair in list(record.pairs):
+        pair.members = [member for member in pair.members if member in pupils]
+        _mend(record, pair)
+
+
 def to_bytes(record: ClassRecord) -> bytes:
     """Return the file of a class, as JSON that people can read."""
     return msgspec.json.format(msgspec.json.encode(record), indent=1) + b"\n"
+
+
+def copied(record: ClassRecord) -> ClassRecord:
+    """Return an equal class that shares nothing with this one."""
+    return msgspec.json.decode(msgspec.json.encode(record), type=ClassRecord)
 
 
 def from_bytes(data: bytes, file: object) -> ClassRecord:

@@ -6,13 +6,23 @@ nothing else are answered here.
 
 from collections.abc import Callable, Iterable, Sequence
 from hmac import compare_digest
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 from msgspec import Meta
 
 from motorcade.classroom.messages import AVATARS, Classmate, Id, News, Self, Shared, Text40, request
 from motorcade.classroom.names import RandomBelow, check_free, likeness, new_code, new_number, typed_code, typed_number
-from motorcade.classroom.record import ClassRecord, Presence, Pupil, SignIn
+from motorcade.classroom.record import (
+    ClassRecord,
+    Presence,
+    Pupil,
+    SignIn,
+    copied,
+    from_bytes,
+    mend,
+    take_out,
+    to_bytes,
+)
 from motorcade.errors import MotorcadeError
 from motorcade.service.library import checked_user_name
 from motorcade.service.messages import MissionChoice
@@ -28,6 +38,23 @@ CABLE = ""
 _MOST_DEVICES = 8
 _MOST_NEWS, _MOST_MISSIONS, _MOST_SIGN_INS = 20, 50, 8
 SIGNED_IN_S = 12 * 3600.0
+_T = TypeVar("_T")
+
+
+def for_all(records: Iterable[_T], act: Callable[[_T], None]) -> None:
+    """Do something with each record; where that fails with some, do it with the others all the same.
+
+    Raises ExceptionGroup, whose exceptions name their records.
+    """
+    problems: list[Exception] = []
+    for record in list(records):
+        try:
+            act(record)
+        except Exception as problem:  # noqa: BLE001  # one bad record keeps up no other
+            problem.add_note(repr(record))
+            problems.append(problem)
+    if problems:
+        raise ExceptionGroup("records of the class", problems)
 
 
 class Classroom:
@@ -40,6 +67,7 @@ class Classroom:
         now_s: the time.
 
     Attributes:
+        kept: what the file holds, and so what a request that fails falls back to; who is out is out of it, too.
         revision: grows with each change that the file has to hold.
         changes: grows with each change that pages show.
         holders: who has the cable, and each real car; None while it is free.
@@ -53,22 +81,51 @@ class Classroom:
     def __init__(
         self, record: ClassRecord, random_below: RandomBelow, cars: Iterable[str] = (), now_s: float = 0.0
     ) -> None:
-        self.record = record
+        mend(record)
+        self.record, self.kept = record, copied(record)
         self.revision = self.changes = self.ended = 0
         self.frozen = self.stopped = False
         self.holders: dict[str, str | None] = dict.fromkeys((CABLE, *cars))
         self.presence = {pupil.id: Presence(left_s=now_s, step_s=now_s) for pupil in record.pupils}
         self._random_below = random_below
+        # Who or what has gone since the last attempt to store the class.
+        self._parted: list[Callable[[ClassRecord], None]] = []
+        # The pupil of each device, as it was at a revision: each message of a page asks for it.
+        self._by_device: dict[str, Pupil] = {}
+        self._found_at = -1
         self.of_an_address = Attempts(MOST_OF_AN_ADDRESS, 600.0)
         self.of_a_name = Attempts(MOST_OF_A_NAME, 300.0)
 
-    def restore(self, stored: ClassRecord) -> None:
-        """Undo what has changed since ``stored``, except who is signed in as the teacher."""
+    def restore(self) -> None:
+        """Undo what has changed since the class was stored, except who is out, and who is signed in as the teacher.
+
+        No number is given out again: what was begun under it may have left files.
+        """
+        stored = copied(self.kept)
         stored.sign_ins = self.record.sign_ins
+        stored.joined, stored.paired = self.record.joined, self.record.paired
         self.record = stored
         self.presence = {each.id: self.presence.get(each.id) or Presence() for each in stored.pupils}
         self.holders = {name: holder if holder in self.presence else None for name, holder in self.holders.items()}
         self.save()
+
+    def part(self, change: Callable[[ClassRecord], None]) -> None:
+        """Let somebody or something go, by ``change``: that stays so also where it can't be stored at present."""
+        for record in (self.record, self.kept):
+            change(record)
+        self._parted.append(change)
+        self.save()
+
+    def to_store(self) -> bytes:
+        """Return what the file has to hold now; `note_stored` follows when it does."""
+        self._parted.clear()
+        return to_bytes(self.record)
+
+    def note_stored(self, data: bytes) -> None:
+        """Note that the file holds this; who has gone since it was made is out of it all the same."""
+        self.kept = from_bytes(data, "")
+        for change in self._parted:
+            change(self.kept)
 
     # Coming in.
 
@@ -137,13 +194,20 @@ class Classroom:
 
     def leave(self, device: str) -> None:
         """Sign a pupil's device out."""
-        if pupil := self.pupil_at(device):
-            pupil.devices.remove(device)
-            self.save()
+
+        def sign_out(record: ClassRecord) -> None:
+            for pupil in record.pupils:
+                pupil.devices = [known for known in pupil.devices if known != device]
+
+        if self.pupil_at(device):
+            self.part(sign_out)
 
     def pupil_at(self, device: str) -> Pupil | None:
         """Return the pupil of a device, by the digest of its secret."""
-        return next((each for each in self.record.pupils if device in each.devices), None)
+        if self._found_at != self.revision:
+            self._found_at = self.revision
+            self._by_device = {known: pupil for pupil in self.record.pupils for known in pupil.devices}
+        return self._by_device.get(device)
 
     def pupil(self, pupil_id: str) -> Pupil:
         """Return the pupil with an id. Raises MotorcadeError."""
@@ -224,22 +288,23 @@ class Classroom:
 
     def remove(self, pupil_id: str) -> None:
         """Remove a pupil, whose devices are signed out; the library is to be deleted. Raises MotorcadeError."""
-        pupil = self.pupil(pupil_id)
-        self.record.pupils.remove(pupil)
-        self.record.removed.append(pupil_id)
-        del self.presence[pupil_id]
+        self.pupil(pupil_id)
+        self.part(lambda record: take_out(record, pupil_id))
+        self.presence.pop(pupil_id, None)
         self.holders = {name: None if holder == pupil_id else holder for name, holder in self.holders.items()}
-        self.save()
 
     def end(self) -> None:
         """End the class: nobody is in it any more, all names are gone. The password stays; no id comes again."""
+        code = new_code(self._random_below)
+
+        def forget(record: ClassRecord) -> None:
+            record.missions, record.handed, record.title, record.code = [], None, "", code
+
         for pupil in list(self.record.pupils):
             self.remove(pupil.id)
-        self.record.missions, self.record.handed = [], None
-        self.record.title = ""
+        self.part(forget)
         self.frozen = False
         self.ended += 1
-        self.change_code()
 
     def chosen(self, to: Sequence[str] | None) -> list[Pupil]:
         """Return the pupils that are meant: all for None. Raises MotorcadeError where there is no such pupil."""
@@ -366,8 +431,11 @@ class Classroom:
     def advance(self, now_s: float) -> None:
         """Let time pass: who makes no step becomes stuck."""
         stuck_s = self.record.stuck_minutes * 60
-        for presence in self.presence.values():
-            self.changes += presence.advance(now_s, stuck_s)
+
+        def advance(each: tuple[str, Presence]) -> None:
+            self.changes += each[1].advance(now_s, stuck_s)
+
+        for_all(self.presence.items(), advance)
 
     def self_of(self, pupil: Pupil) -> Self:
         """Return what a pupil's own page knows of the pupil."""

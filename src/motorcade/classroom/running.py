@@ -1,23 +1,25 @@
 """A class while its server runs: its state, its folder, who asks and may do what; and the stop of all real cars."""
 
 import asyncio
+import logging
 import secrets
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Iterator
 from contextlib import asynccontextmanager, contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
+from inspect import isawaitable
 from pathlib import Path
 
 from anyio import CapacityLimiter, to_thread
 from starlette.requests import HTTPConnection
 from starlette.responses import Response
 
-from motorcade.classroom.folder import RECORD, ClassFolder
+from motorcade.classroom.folder import ClassFolder
 from motorcade.classroom.names import digest
 from motorcade.classroom.network import Network
-from motorcade.classroom.pairs import WINDOWS, Pairs
-from motorcade.classroom.record import Presence, Pupil, from_bytes, to_bytes
+from motorcade.classroom.pairs import Pairs
+from motorcade.classroom.record import TEACHER, WINDOWS, ClassRecord, Presence, Pupil, is_owner, owners_of
 from motorcade.classroom.room import CABLE, MOST_PUPILS, SIGNED_IN_S, Classroom
 from motorcade.classroom.shared_mat import SharedMat
 from motorcade.drive.connection import CarError, CarRefusesError
@@ -25,7 +27,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.missions.document import OWN
 from motorcade.server.fleet import Fleet
 from motorcade.server.studio.sessions import IMPORT, REQUEST_S, SessionLimits, Settings, Visitors
-from motorcade.server.studio.uploads import listed_ports
+from motorcade.server.studio.uploads import VirtualCarImage, listed_ports
 from motorcade.server.studio.workers import CHECK
 from motorcade.service.messages import Port
 from motorcade.service.requests import Context
@@ -33,8 +35,6 @@ from motorcade.service.upload_session import VIRTUAL_PORT
 from motorcade.service.world_messages import Goals, Play, SetWorld, StepWorld, WorldAnswer, WorldMessage
 from motorcade.timing import Attempts
 
-# The owner of the teacher's own projects; pupils' ids are numbers.
-TEACHER = "teacher"
 _YEAR_S = 365 * 24 * 3600
 # One world for each pupil and the teacher, so that nobody takes another's place. A hundred take 600 MB at most, so
 # each stores less of the past than in a studio of one user: some ten minutes of 20 cars.
@@ -46,8 +46,11 @@ _REQUESTS_A_SECOND, _RATE_WINDOW_S = 20, 2.0
 # A whole class imports its projects one after another; the check of the dearest mission takes a quarter of a second.
 _MOST_IMPORT_S = 5.0
 _AGAIN_S = 0.1
+# The clocks of a computer drift by less between two ticks.
+_CLOCK_IS_SET_S = 60.0
 # An answer waits so long for cars that can't be reached; they are stopped when they can be again.
 _PATIENCE_S = 1.0
+_log = logging.getLogger("uvicorn.error")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,7 +61,7 @@ class ClassServerSettings(Settings):
         first_key: lets who has it set the password; None where there is a password.
         network: how pupils find the class.
         authority: the certificate that tablets may install so that they trust the server's; None without HTTPS.
-        unix_s: the time in s since 1970.
+        unix_s: the time in s since 1970, which somebody may set back or forward.
     """
 
     sessions: SessionLimits = SESSIONS
@@ -84,6 +87,7 @@ class RunningClass(Visitors):
         self.first_key = settings.first_key
         cars, record = [car.name for car in settings.cars], folder.load(secrets.randbelow)
         self.room = Classroom(record, secrets.randbelow, cars, settings.clock())
+        folder.is_in = self.is_in
         self.mat = SharedMat()
         self.pairs = Pairs(self.room)
         for pair in self.room.record.pairs:
@@ -94,9 +98,12 @@ class RunningClass(Visitors):
         self.hashing = CapacityLimiter(1)
         self.reporting = CapacityLimiter(1)
         self._storing = asyncio.Lock()
-        # What the file holds, the revision that it has, and the last one that was undone.
-        self._kept = to_bytes(self.room.record)
+        # The revision that the file has, and the last one that was undone.
         self._stored = self._undone = self._shown = -1
+        self._began_s = settings.unix_s() - settings.clock()
+        for sign_in in self.room.record.sign_ins:
+            # It was made while the clock of this computer was ahead.
+            sign_in.until_s = min(sign_in.until_s, settings.unix_s() + SIGNED_IN_S)
         self._waiting: set[asyncio.Event] = set()
         # Of pupils, and of strangers by address: a page needs a few requests in a second, also one that joins.
         self.rates = Attempts(2 * _REQUESTS_A_SECOND, _RATE_WINDOW_S, "requests-too-fast")
@@ -113,7 +120,15 @@ class RunningClass(Visitors):
 
     def is_teacher(self, connection: HTTPConnection) -> bool:
         """Return whether the teacher is signed in at this browser."""
-        return self.room.is_teacher(digest(connection.cookies.get(self._teacher_cookie, "")), self.settings.unix_s())
+        return self.room.is_teacher(digest(connection.cookies.get(self._teacher_cookie, "")), self.unix_s())
+
+    def unix_s(self) -> float:
+        """Return the time in s since 1970, as it goes on whatever the computer's clock is set to meanwhile."""
+        return self._began_s + self.settings.clock()
+
+    def is_in(self, owner: str) -> bool:
+        """Return whether something may be stored for an owner: who is in, and whose number the file has."""
+        return owner in owners_of(self.room.record) and owner in owners_of(self.room.kept)
 
     def visitor(self, connection: HTTPConnection) -> str:
         """Return whose library it is that asks: a pupil's id, or the teacher. Raises MotorcadeError for strangers."""
@@ -125,9 +140,10 @@ class RunningClass(Visitors):
 
     def remember(self, response: Response, connection: HTTPConnection, secret: str, *, teacher: bool = False) -> None:
         """Have a browser keep a pupil's or the teacher's secret."""
-        name, age_s = (self._teacher_cookie, int(SIGNED_IN_S)) if teacher else (self._pupil_cookie, _YEAR_S)
+        # The server alone says how long the teacher is signed in: the clock of a browser may be set, too.
+        name = self._teacher_cookie if teacher else self._pupil_cookie
         secure = connection.scope["scheme"] in ("https", "wss")
-        response.set_cookie(name, secret, max_age=age_s, httponly=True, samesite="strict", secure=secure)
+        response.set_cookie(name, secret, max_age=_YEAR_S, httponly=True, samesite="strict", secure=secure)
 
     def forget(self, response: Response, connection: HTTPConnection, *, teacher: bool = False) -> None:
         """Sign a browser out."""
@@ -153,12 +169,13 @@ class RunningClass(Visitors):
                 revision = self.room.revision
                 self._check_kept(since)
                 if revision != self._stored:
-                    data = to_bytes(self.room.record)
+                    data = self.room.to_store()
                     await to_thread.run_sync(self.folder.store, data)
-                    self._stored, self._kept = revision, data
+                    self.room.note_stored(data)
+                    self._stored = revision
         except MotorcadeError:
             self._undone = self.room.revision
-            self.room.restore(from_bytes(self._kept, RECORD))
+            self.room.restore()
             raise
         finally:
             self.show_changes()
@@ -168,11 +185,24 @@ class RunningClass(Visitors):
             raise MotorcadeError("undone-meanwhile")
 
     async def delete_libraries(self) -> None:
-        """Delete the libraries of pupils who are out. Raises MotorcadeError; the next start tries again."""
-        for owner in list(self.room.record.removed):
-            await to_thread.run_sync(self.folder.remove_owner, owner)
-            self.room.record.removed.remove(owner)
-            self.room.save()
+        """Delete the libraries of who is out. Raises MotorcadeError where one can't be deleted now; others are."""
+        problems = []
+        for owner in dict.fromkeys(self.room.record.removed):
+            try:
+                if is_owner(owner) and owner not in owners_of(self.room.record):
+                    await to_thread.run_sync(self.folder.remove_owner, owner)
+                self.room.part(partial(_forget, owner=owner))
+            except MotorcadeError as problem:
+                problems.append(problem)
+        if problems:
+            raise problems[0]
+
+    async def delete_strays(self) -> None:
+        """Delete the libraries that belong to nobody: a server was killed, or one of before this version wrote them."""
+        known = owners_of(self.room.record)
+        strays = [owner for owner in await to_thread.run_sync(self.folder.owners) if owner not in known]
+        self.room.record.removed += [owner for owner in strays if owner not in self.room.record.removed]
+        await self.delete_libraries()
 
     def show_changes(self) -> None:
         """Let pages know of what has changed."""
@@ -196,10 +226,35 @@ class RunningClass(Visitors):
         """Let time pass, until the task is cancelled."""
         while True:
             await asyncio.sleep(_TICK_S)
-            self.room.advance(self.settings.clock())
-            self.pairs.advance(self.settings.clock())
-            with suppress(MotorcadeError):
-                await self.settle()
+            now_s = self.settings.clock()
+            self._follow_clock()
+            for act in (partial(self.room.advance, now_s), partial(self.pairs.advance, now_s), self._keep_up):
+                try:
+                    done = act()
+                    if isawaitable(done):
+                        await done
+                except MotorcadeError:
+                    # The teacher's page says that the disk takes nothing; the next second tries again.
+                    continue
+                except Exception:  # noqa: BLE001  # whatever is wrong with one record, the others go on
+                    _log.exception("The clock of the class goes on")
+
+    def _follow_clock(self) -> None:
+        """Where the computer's clock was set, let sign-ins end as much later or earlier: the file has them by it."""
+        set_s = self.settings.unix_s() - self.settings.clock() - self._began_s
+        if abs(set_s) < _CLOCK_IS_SET_S:
+            return
+        self._began_s += set_s
+        for sign_in in self.room.record.sign_ins:
+            sign_in.until_s += set_s
+        self.room.save()
+
+    async def _keep_up(self) -> None:
+        """Delete and store what could not be before. Raises MotorcadeError."""
+        try:
+            await self.delete_libraries()
+        finally:
+            await self.settle()
 
     # What its visitors may do in the studio.
 
@@ -259,7 +314,7 @@ class RunningClass(Visitors):
         if visitor != TEACHER:
             self.rates.count(visitor, self.settings.clock())
 
-    def virtual_car(self, connection: HTTPConnection, port: str) -> Path:
+    def virtual_car(self, connection: HTTPConnection, port: str) -> VirtualCarImage:
         visitor = self.visitor(connection)
         if visitor != TEACHER:
             if self.room.frozen:
@@ -267,6 +322,11 @@ class RunningClass(Visitors):
             if port != VIRTUAL_PORT.port:
                 self.room.check_cable(visitor)
         return self.folder.virtual_car(visitor)
+
+
+def _forget(record: ClassRecord, owner: str) -> None:
+    """Note that an owner's library is deleted."""
+    record.removed = [other for other in record.removed if other != owner]
 
 
 class EmergencyStop:

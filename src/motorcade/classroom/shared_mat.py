@@ -154,6 +154,7 @@ class SharedMat:
         images = [*self._images.values()]
         choice = self._mission or MissionChoice(document=parade(len(images), self._followers))
         mission = chosen_mission(choice)
+        entered, programs = list(self._images), self._images
         images += [NO_PROGRAM] * (len(mission.mat.starts.leaders) - len(images))
         document, seed = mission.mat_document, secrets.randbits(32)
         message = SetWorld(document, images[0], mission.document["profile"], seed, None, choice)
@@ -162,8 +163,11 @@ class SharedMat:
             world = await session.in_thread(
                 partial(open_world, message, _MOST_CARS, images=images, steering=session.fleet.boards)
             )
+            if self._images is not programs:
+                # It was cleared, or the class ended, while the world was built.
+                raise MotorcadeError("mat-is-closed")
             session.mat = document
-            self._started, self._state = list(self._images), "running"
+            self._started, self._state = entered, "running"
             answers = session.begin(world)
             session.play()
             if session.page:

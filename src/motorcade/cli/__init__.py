@@ -5,8 +5,11 @@ Each command imports what it needs when it runs, so that all of them start at on
 """
 
 import io
+import os
 import re
+import signal
 import sys
+from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
@@ -14,11 +17,20 @@ from typer.core import TyperOption
 
 from motorcade import __version__
 from motorcade.cli import car, drive, missions, pages, runs, uploads, words
-from motorcade.cli.options import Json
-from motorcade.cli.output import current_language, print_json, print_note, print_problem, request_language, translated
+from motorcade.cli.ending import ending_as_by_ctrl_c
+from motorcade.cli.options import Json, wants_json
+from motorcade.cli.output import (
+    current_language,
+    is_shown_on_terminal,
+    print_json,
+    print_note,
+    print_problem,
+    request_language,
+    translated,
+)
 from motorcade.errors import MotorcadeError
 from motorcade.locales import FIRST, catalogue, languages, text
-from motorcade.outcomes import USAGE
+from motorcade.outcomes import STOPPED, USAGE
 
 _HELP_OPTIONS = ("-h", "--help")
 
@@ -36,21 +48,38 @@ app.add_typer(drive.app, name="drive")
 
 
 def command_line() -> Any:
-    """Return the command `motorcade`, which holds all others; each of them takes --language."""
+    """Return the command `motorcade`, which holds all others; each takes --language, and takes or refuses --json."""
     command = typer.main.get_command(app)
-    _add_language(command)
+    _add_common_options(command)
     return command
 
 
-def _add_language(command: Any) -> None:
+def _add_common_options(command: Any) -> None:
     # Its value is read before the command line is parsed, which may fail.
     command.params.append(TyperOption(param_decls=["--language"], type=str, default="", expose_value=False))
-    for each in getattr(command, "commands", {}).values():
-        _add_language(each)
+    subcommands = getattr(command, "commands", {}).values()
+    if not any(parameter.name == "as_json" for parameter in command.params):
+        callback = _pass_json_on if subcommands else _refuse_json
+        hidden: dict[str, Any] = {"is_flag": True, "default": False, "expose_value": False, "hidden": True}
+        command.params.append(TyperOption(param_decls=["--json"], callback=callback, **hidden))
+    for subcommand in subcommands:
+        _add_common_options(subcommand)
+
+
+def _pass_json_on(context: typer.Context, parameter: Any, is_given: bool) -> None:
+    """Take --json for the command below."""
+    wants_json(context, is_given)
+
+
+def _refuse_json(context: typer.Context, parameter: Any, is_given: bool) -> None:
+    """Raise MotorcadeError where --json is given to a command that prints no JSON, or to one above it."""
+    if wants_json(context, is_given):
+        raise MotorcadeError("no-json", command=context.command_path)
 
 
 def main() -> NoReturn:
     """Run the command line; an error ends it with one sentence and its exit code."""
+    _open_closed_streams()
     _use_utf8()
     arguments = sys.argv[1:]
     command = command_line()
@@ -58,8 +87,12 @@ def main() -> NoReturn:
         # The last one counts; a value may stand behind it or behind a '='.
         request_language((re.findall("(?:^|\0)--language[=\0]([^\0]*)", "\0".join(arguments)) or [""])[-1])
         if not arguments or set(_HELP_OPTIONS) & set(arguments):
-            translate_help(command)
-        sys.exit(command(standalone_mode=False) or 0)
+            translate_help(command, has_frames=is_shown_on_terminal())
+        with ending_as_by_ctrl_c() as signals:
+            code = command(standalone_mode=False) or 0
+        if code == STOPPED and signals:
+            code = STOPPED - signal.SIGINT + signals[0]
+        sys.exit(code)
     except MotorcadeError as error:
         print_problem(error)
         sys.exit(error.exit_code)
@@ -77,6 +110,13 @@ def main() -> NoReturn:
         sys.exit(1)
 
 
+def _open_closed_streams() -> None:
+    """Read nothing, and write to nobody, where the command was started without a stream (``>&-``)."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))  # noqa: SIM115 - until the command ends
+
+
 def _use_utf8() -> None:
     """Write UTF-8 into files and pipes on every system; a terminal shows '?' for what it can't show."""
     for stream in (sys.stdout, sys.stderr):
@@ -87,17 +127,22 @@ def _use_utf8() -> None:
                 stream.reconfigure(encoding="utf-8", errors="backslashreplace")
 
 
-def translate_help(command: Any) -> None:
+def translate_help(command: Any, has_frames: bool = True) -> None:
     """Give a Typer command, all commands below it, and the frames around their parameters their texts."""
     from typer import rich_utils
 
     for name in ("arguments", "options", "commands"):
         setattr(rich_utils, f"{name.upper()}_PANEL_TITLE", translated(f"help-{name}"))
-    _translate_help(command, "")
+    _translate_help(command, "", has_frames)
 
 
-def _translate_help(command: Any, path: str) -> None:
+def _translate_help(command: Any, path: str, has_frames: bool) -> None:
     """Give a command and those below it the texts "COMMAND" and "COMMAND.PARAMETER", or ".PARAMETER" for all."""
+    if not has_frames:
+        command.rich_markup_mode = None
+    from motorcade.words.formats import FORMATS
+
+    lists = {"languages": " / ".join(languages()), "formats": ", ".join(word_format.name for word_format in FORMATS)}
     known = catalogue(FIRST)["help"]
     command.help = text("help", path or "motorcade", {}, current_language())
     option = command.get_help_option(typer.Context(command, help_option_names=list(_HELP_OPTIONS)))
@@ -105,9 +150,9 @@ def _translate_help(command: Any, path: str) -> None:
     for parameter in command.params:
         key = next((key for key in (f"{path}.{parameter.name}", f".{parameter.name}") if key in known), None)
         if key:
-            parameter.help = text("help", key, {"languages": " / ".join(languages())}, current_language())
+            parameter.help = text("help", key, lists, current_language())
     for name, each in getattr(command, "commands", {}).items():
-        _translate_help(each, f"{path} {name}".lstrip())
+        _translate_help(each, f"{path} {name}".lstrip(), has_frames)
 
 
 def _usage_sentence(message: str) -> str:

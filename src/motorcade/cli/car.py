@@ -1,11 +1,9 @@
 """Commands for the car itself: car run, car neutral, car wiring; and what cars that run an image are told."""
 
 import ipaddress
-import json
-import signal
 import sys
 from collections.abc import Callable
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
@@ -13,7 +11,17 @@ import typer
 
 from motorcade import __version__
 from motorcade.cli import options
-from motorcade.cli.output import Rows, current_language, print_note, print_problem, print_result, translated
+from motorcade.cli.ending import Ending, holding_hardware
+from motorcade.cli.output import (
+    Rows,
+    current_language,
+    json_text,
+    plain,
+    print_note,
+    print_problem,
+    print_result,
+    translated,
+)
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 from motorcade.sockets import host_and_port
@@ -29,7 +37,8 @@ if TYPE_CHECKING:
 # Dozens a second; the log shows what follows from them.
 _UNLOGGED = ("frame", "heard")
 _KEYBOARD = "keyboard"
-_WRITE_TIMEOUT_S = 0.2
+# How an address of uploads is printed.
+_SOCKET = "socket://"
 
 app = typer.Typer()
 # The hardware of a car.
@@ -103,23 +112,22 @@ def _run(
             raise MotorcadeError("count-of-simulated-cars")
         _run_many(car, count, car_list, chosen, as_json)
         return
-    with ExitStack() as resources:
+    with holding_hardware() as ending, ExitStack() as resources:
         parts = open_parts(resources, car, chosen, _observer(chosen, as_json), battery)
-        if parts.address.startswith("socket://"):
+        if parts.address.startswith(_SOCKET):
             from motorcade.drive.keys import name_in
             from motorcade.fleet.places import CAR, announced
 
-            listener = host_and_port(parts.address.removeprefix("socket://"))
+            listener = host_and_port(parts.address.removeprefix(_SOCKET))
             resources.enter_context(announced(CAR, "", listener, print_problem, keys=name_in(keys)))
-        stops = _stops(resources, watchdog)
+        stops = _stops(ending, resources, watchdog)
         if board == "simulated" or not pins:
             made = ComputerBoard(parts.equipment)
         else:
             with needs_extra("pins", "pi"):
                 from motorcade.boards.linux.raspberry_pi import open_car
-            from motorcade.config.pins import load_pins
 
-            made = open_car(parts.equipment, load_pins(pins), chosen, gpio_chip)
+            made = open_car(parts.equipment, options.pins_at(pins), chosen, gpio_chip)
         key = "car-takes-uploads" if parts.address else "car-takes-no-uploads"
         sentence = translated(key, role=Phrase(f"role-{role}"), address=parts.address, store=parts.store)
         print_result({"role": role, "port": parts.address, "store": str(parts.store)}, sentence, as_json)
@@ -134,9 +142,8 @@ def _neutral(
 ) -> None:
     with needs_extra("pins", "pi"):
         from motorcade.boards.linux.raspberry_pi import stop_wheels
-    from motorcade.config.pins import load_pins
 
-    wiring = load_pins(pins)
+    wiring = options.pins_at(pins)
     low = stop_wheels(wiring, gpio_chip)
     print_result({"low": low}, translated("wheels-stopped", car=wiring.name, pins=", ".join(map(str, low))), as_json)
 
@@ -145,12 +152,11 @@ def _neutral(
 def _wiring(
     pins: Annotated[Path, typer.Argument(metavar="PINS", exists=True, dir_okay=False)],
     output: options.OptionalOutput = None,
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     from motorcade.boards.wiring import wiring_rows, wiring_svg
-    from motorcade.config.pins import load_pins
 
-    wiring = load_pins(pins)
+    wiring = options.pins_at(pins)
     rows = wiring_rows(wiring, current_language())
     cells = [(row.part, row.terminal, row.label) for row in rows]
     shown: str | Rows = Rows(("part", "terminal", "pin"), cells, title=wiring.name)
@@ -160,21 +166,18 @@ def _wiring(
     print_result([row._asdict() for row in rows], shown, as_json)
 
 
-def _stops(resources: ExitStack, watchdog: Path | None) -> Callable[[], bool]:
+def _stops(ending: Ending, resources: ExitStack, watchdog: Path | None) -> Callable[[], bool]:
     """Return what tells whether a signal asked the car to stop; each call in a tick keeps the watchdog alive."""
     from motorcade.boards.computer import HardwareWatchdog
 
     armed = HardwareWatchdog(watchdog) if watchdog else None
     if armed:
         resources.callback(armed.close)
-    signals: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda which, frame: signals.append(which))
 
     def stops() -> bool:
         if armed:
             armed.keep_alive()
-        return bool(signals)
+        return ending.is_due
 
     return stops
 
@@ -187,14 +190,12 @@ def _observer(profile: "Profile", as_json: bool) -> "Observer":
         if kind in _UNLOGGED:
             return
         if as_json:
-            line = json.dumps({"t_ms": at_ms, "kind": kind, "word": word, "detail": detail})
+            line = json_text({"t_ms": at_ms, "kind": kind, "word": word, "detail": detail})
         else:
             does = describe_control(word, profile) if kind in ("state", "start") else ""
             event = translated(f"car-{kind}", count=word, detail=detail, does=does)
-            line = f"{at_ms / 1000:9.3f} s  {event}"
-        # The car drives on when nobody reads its log any more.
-        with suppress(OSError):
-            print(line, flush=True)
+            line = f"{at_ms / 1000:9.3f} s  {plain(event)}"
+        print(line)
 
     return observe
 
@@ -209,11 +210,11 @@ def _run_many(car: CarOptions, count: int, car_list: Path | None, profile: "Prof
     from motorcade.fleet.places import list_text
     from motorcade.sockets import allow_files
 
-    host, first_port = host_and_port(car.tcp or "127.0.0.1:0")
+    host, first_port = host_and_port(car.tcp.removeprefix(_SOCKET) or "127.0.0.1:0")
     allow_files(4 * count + 64)
     selector = selectors.DefaultSelector()
     made: list[tuple[ComputerBoard, TcpPort]] = []
-    with ExitStack() as resources:
+    with holding_hardware() as ending, ExitStack() as resources:
         for number in range(car.number, car.number + count):
             line = TcpPort(host, first_port and first_port + len(made), selector=selector)
             resources.callback(line.close)
@@ -227,12 +228,12 @@ def _run_many(car: CarOptions, count: int, car_list: Path | None, profile: "Prof
             is_leader = car.role == "leader"
             equipment = Equipment(is_leader, number, levels_of(profile), line, image, version=__version__, **saved)
             made.append((ComputerBoard(equipment), line))
-        listed = [(board.name, line.address.removeprefix("socket://")) for board, line in made]
+        listed = [(board.name, line.address.removeprefix(_SOCKET)) for board, line in made]
         if car_list:
             options.write_file(car_list, list_text(listed).encode())
         data = {"cars": count, "list": str(car_list) if car_list else None, "first": listed[0][1]}
         print_result(data, translated("cars-run", **data), as_json)
-        run_many(made, _stops(resources, None))
+        run_many(made, lambda: ending.is_due)
 
 
 def open_parts(
@@ -245,7 +246,7 @@ def open_parts(
     if car.voice not in ("", _KEYBOARD) and car.voice_map is None:
         raise MotorcadeError("voice-map-missing")
     line, address = _open_line(resources, car, profile)
-    store = ImageStore(car.store or Path(typer.get_app_dir("motorcade")) / "car.image")
+    store = ImageStore(car.store or options.own_folder() / "car.image")
     image = None
     try:
         image = store.load()
@@ -268,7 +269,7 @@ def _open_line(resources: ExitStack, car: CarOptions, profile: "Profile") -> "tu
         return _open_serial(resources, car.serial, profile.serial.baud), car.serial
     if not car.tcp:
         return WaitingLine(), ""
-    line = TcpPort(*host_and_port(car.tcp), **_tls(car))
+    line = TcpPort(*host_and_port(car.tcp.removeprefix(_SOCKET)), **_tls(car))
     resources.callback(line.close)
     _check_reach(line.address, car)
     return line, line.address
@@ -276,7 +277,7 @@ def _open_line(resources: ExitStack, car: CarOptions, profile: "Profile") -> "tu
 
 def _check_reach(address: str, car: CarOptions) -> None:
     """Refuse an address that others reach, unless there are keys or the user allows it. Raises MotorcadeError."""
-    host, _ = host_and_port(address.removeprefix("socket://"))
+    host, _ = host_and_port(address.removeprefix(_SOCKET))
     is_loopback = ipaddress.ip_address(host.partition("%")[0]).is_loopback
     if not (is_loopback or car.keys or car.insecure_lan):
         raise MotorcadeError("uploads-in-reach", host=host)
@@ -310,10 +311,11 @@ def _open_serial(resources: ExitStack, port: str, baud: int) -> "SerialLine":
     import serial
 
     from motorcade.boards.lines import SerialLine
-    from motorcade.upload.serial_port import open_error
+    from motorcade.upload.serial_port import open_error, serial_line
 
     def open_port() -> serial.Serial:
-        return serial.serial_for_url(port, baudrate=baud, timeout=0, write_timeout=_WRITE_TIMEOUT_S, exclusive=True)
+        # No call may wait: the wheels would turn on meanwhile.
+        return serial_line(port, baudrate=baud, timeout=0, write_timeout=0)
 
     try:
         line = SerialLine(open_port, monotonic)

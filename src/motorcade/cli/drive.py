@@ -12,10 +12,11 @@ import typer
 
 from motorcade.cli import options, pages
 from motorcade.cli.car import BoardName, CarOptions, open_parts, revoked_keys
+from motorcade.cli.ending import holding_hardware
 from motorcade.cli.output import print_lines, print_result, quoted, translated
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
-from motorcade.sockets import DRIVE_PORT, host_and_port
+from motorcade.sockets import port_behind
 
 if TYPE_CHECKING:
     from motorcade.boards.computer import BatteryFile, Observer
@@ -26,11 +27,12 @@ if TYPE_CHECKING:
 
 _AXES = ("throttle", "steering", "seconds")
 _LONGEST_S = 3600.0
+# Notes that wait to be printed; more come only while the console's thread hangs.
+_MOST_NOTES = 100
 
 app = typer.Typer()
 app.add_typer(pages.remote_app)
 CarAddress = Annotated[str, typer.Argument(metavar="HOST[:PORT]")]
-TelemetryPort = Annotated[int | None, typer.Option(min=1, max=65535)]
 CarName = Annotated[str | None, typer.Option("--car")]
 # Of the four bytes of a command.
 ByteOrder = Literal["big", "little"]
@@ -39,7 +41,7 @@ ByteOrder = Literal["big", "little"]
 @app.command("serve")
 def _serve(
     board: BoardName = "simulated",
-    host: str = "127.0.0.1",
+    host: options.Host = "127.0.0.1",
     port: options.TcpPortOption = 5005,
     telemetry_port: options.OptionalTcpPort = None,
     keys: options.KeysFile = None,
@@ -70,7 +72,6 @@ def _serve(
 
     from motorcade.boards.computer import BatteryFile
     from motorcade.cli.serving import serve
-    from motorcade.config.pins import load_pins
     from motorcade.drive.activity_log import logging_to
     from motorcade.drive.channels import Clients
     from motorcade.drive.keys import https_context, name_in, server_context
@@ -93,10 +94,10 @@ def _serve(
     chosen = options.profile_named(profile or options.DEFAULT_PROFILE)
     measured = BatteryFile(battery) if battery else None
     tls, page_tls = (server_context(keys), https_context(keys)) if keys else (None, None)
-    second = telemetry_port if telemetry_port is not None else port and port + 1
-    notes: deque[Note] = deque()
+    second = telemetry_port if telemetry_port is not None else port and port_behind(port)
+    notes: deque[Note] = deque(maxlen=_MOST_NOTES)
     refused = revoked_keys(keys, revoked) if keys else None
-    with ExitStack() as resources:
+    with holding_hardware() as ending, ExitStack() as resources:
         commands, telemetry = (resources.enter_context(bind(host, each)) for each in (port, second))
         pages.check_reach(commands, keys, insecure_lan, "address-without-keys", "serve-insecure")
         written = resources.enter_context(logging_to(log, notes.append))
@@ -108,23 +109,24 @@ def _serve(
         if pins and parts:
             with needs_extra("pins", "pi"):
                 from motorcade.boards.linux.programmed_drive import open_drive
-            car: DriveBoard = open_drive(parts.equipment, load_pins(pins), chosen, gpio_chip, watchdog)
+            car: DriveBoard = open_drive(parts.equipment, options.pins_at(pins), chosen, gpio_chip, watchdog)
             pictures = pages.open_camera(camera) if page else None
         else:
             image, chosen = options.image_for(program, profile) if program else (bytes(4), chosen)
-            car, pictures = _open_simulated(resources, chosen, mat, image, measured)
+            car, pictures = _open_simulated(resources, chosen, mat, program, image, measured)
         if arming:
             chosen = replace(chosen, drive=replace(chosen.drive, arming=True))
         serve_page = partial(pages.serving_page, page, host, page_tls, pictures) if page else None
         clients = Clients(CarControl(car, monotonic_ms, chosen), byte_order, refused)
+        clients.refusals.say = notes.append
         if written:
             clients.control.record = written.record
         name = parts.equipment.name if parts else ""
         (host, port), (_, telemetry_port) = (each.getsockname()[:2] for each in (commands, telemetry))
         with announced(DRIVE, name, (host, port), notes.append, telemetry=telemetry_port, keys=name_in(keys)):
-            asyncio.run(serve(clients, commands, telemetry, tls, serve_page, parts, notes, as_json))
-    if not as_json:
-        print_lines([translated("serve-ended")])
+            asyncio.run(serve(clients, (commands, telemetry), tls, serve_page, parts, notes, ending, as_json))
+        if not as_json:
+            print_lines([translated("serve-ended")])
 
 
 def _noting(notes: "deque[Note]") -> "Observer":
@@ -140,17 +142,25 @@ def _noting(notes: "deque[Note]") -> "Observer":
 
 
 def _open_simulated(
-    resources: ExitStack, profile: "Profile", mat: Path | None, image: bytes, battery: "BatteryFile | None"
+    resources: ExitStack,
+    profile: "Profile",
+    mat: Path | None,
+    program: Path | None,
+    image: bytes,
+    battery: "BatteryFile | None",
 ) -> "tuple[DriveBoard, Source | None]":
-    """Start a simulated world. Returns its first car and that car's pictures; closing ``resources`` ends the world."""
+    """Start a simulated world: on the mat, or the program's own, or else a playground.
+
+    Returns its first car and that car's pictures; closing ``resources`` ends the world.
+    """
     with needs_extra("simulated-car", "world"):
         import motorcade.engine.webassembly  # noqa: F401
         from motorcade.boards.simulated_drive import LiveWorld, SimulatedCamera
         from motorcade.engine.world import World
-        from motorcade.mats import check_mat, playground, read_mat
+        from motorcade.mats import playground, read_mat
 
-    place = read_mat(mat) if mat else playground()
-    check_mat(place, profile)
+    own = options.own_world(program).mat if program else None
+    place = read_mat(mat) if mat else own or playground()
     live = resources.enter_context(LiveWorld(World(place, [image], profile, threads=1)))
     board = live.board(0)
     board.battery = battery
@@ -160,7 +170,7 @@ def _open_simulated(
 @app.command("connect")
 def _connect(
     car: CarAddress,
-    telemetry_port: TelemetryPort = None,
+    telemetry_port: options.OptionalTcpPort = None,
     keys: Path | None = None,
     car_name: CarName = None,
     throttle: Annotated[float, typer.Option(min=0.05, max=1)] = 0.4,
@@ -173,8 +183,8 @@ def _connect(
     check_terminal()
     named = _options(telemetry_port, keys, car_name)
     with (
+        BlockingDriveClient(*options.car_address(car), rearm=False, **named) as client,
         suppress(KeyboardInterrupt),
-        BlockingDriveClient(*host_and_port(car, DRIVE_PORT), rearm=False, **named) as client,
     ):
         DriveTerminal(car, throttle, hold_ms / 1000).drive(client)
 
@@ -183,17 +193,22 @@ def _connect(
 def _send(
     car: CarAddress,
     commands: Annotated[list[str], typer.Argument(metavar="COMMAND…")],
-    telemetry_port: TelemetryPort = None,
+    telemetry_port: options.OptionalTcpPort = None,
     keys: Path | None = None,
     car_name: CarName = None,
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     from motorcade.drive.blocking_client import BlockingDriveClient
 
     parsed = [_parse(command) for command in commands]
-    with BlockingDriveClient(*host_and_port(car, DRIVE_PORT), **_options(telemetry_port, keys, car_name)) as client:
+    with BlockingDriveClient(*options.car_address(car), **_options(telemetry_port, keys, car_name)) as client:
         for seconds, command in parsed:
             client.drive_for(seconds, **command)
+        seconds = sum(seconds for seconds, _ in parsed)
+        if telemetry_port == 0:
+            # Such a car doesn't say what became of the commands.
+            print_result({"seconds": seconds}, translated("drive-sent-unseen", seconds=seconds, car=car), as_json)
+            return
         telemetry = client.next_telemetry()
         if not client.you.get("applied"):
             if telemetry.state == "stopped":
@@ -203,7 +218,7 @@ def _send(
             if telemetry.state == "discharged":
                 raise MotorcadeError("is-discharged", car=car, battery_mv=telemetry.battery_mv)
             raise MotorcadeError("another-drives", car=car, driver=telemetry.driver or "?")
-    seconds, state = sum(seconds for seconds, _ in parsed), Phrase(f"car-state-{telemetry.state}")
+    state = Phrase(f"car-state-{telemetry.state}")
     print_result(telemetry._asdict(), translated("drive-sent", seconds=seconds, car=car, state=state), as_json)
 
 
@@ -214,10 +229,12 @@ def _keys(
     driver: list[str] | None = None,
     revoke: Annotated[list[str] | None, typer.Option(metavar="NAME_OR_SERIAL")] = None,
     list_all: Annotated[bool, typer.Option("--list")] = False,
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     with needs_extra("making-keys", "drive"):
         from motorcade.drive.certificates import CarKeys, make_keys, revoke_drivers
+    from motorcade.drive.keys import REVOKED, write_revoked
+
     for named in ({"car": car}, {"driver": driver}):
         options.exclude_each_other(revoke=revoke, list=list_all, **named)
     if list_all:
@@ -233,6 +250,8 @@ def _keys(
     named_hosts = (each.partition("@") for each in car or ())
     cars = [CarKeys(name, tuple(filter(None, hosts.split(",")))) for name, _, hosts in named_hosts]
     made = [str(file) for file in make_keys(folder, cars, driver or [], datetime.now(UTC))]
+    if not (folder / REVOKED).exists():
+        write_revoked(folder / REVOKED, {})
     sentence = translated("keys-made", car=quoted(folder / "car-….pem"), driver=quoted(folder / "driver-….pem"))
     print_result(made, "\n".join([*made, sentence]), as_json)
 

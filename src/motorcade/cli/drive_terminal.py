@@ -6,7 +6,7 @@ from contextlib import suppress
 
 from blessed import Terminal
 
-from motorcade.cli.output import current_language, translated
+from motorcade.cli.output import current_language, plain, translated
 from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.connection import CarError
 from motorcade.drive.wire import Telemetry
@@ -106,8 +106,12 @@ class DriveTerminal:
             elif key.name == "KEY_ESCAPE" or key.lower() == "q":
                 self._is_done = True
             elif order := {" ": client.stop, "c": client.clear}.get(key.lower()):
-                with suppress(CarError):
+                try:
                     order()
+                except CarError:
+                    # It can't be reached, or takes no requests: then commands alone can stop it.
+                    self._stick = KeyStick(self._hold_s)
+                    self._drives = True
         throttle, steering = self._stick.axes(time.monotonic())
         for name, pressed_s in self._pressed_s.items():
             if time.monotonic() - pressed_s <= self._hold_s:
@@ -123,11 +127,11 @@ class DriveTerminal:
         terminal = self._terminal
         # A terminal at a serial line has no known size.
         width, height = terminal.width or _USUAL_SIZE[0], terminal.height or _USUAL_SIZE[1]
-        lines = [_text("title", car=self._car), ""]
+        lines = [plain(_text("title", car=self._car)), ""]
         if not client.connected:
-            lines.append(_text("away", car=self._car))
+            lines.append(plain(_text("away", car=self._car)))
         elif client.telemetry:
-            lines += _telemetry_lines(client.telemetry)
+            lines += map(plain, _telemetry_lines(client.telemetry))
             if client.waits_for_release:
                 lines.append(terminal.bold(_text("let-go")))
         lines += ["", *terminal.wrap(_text("keys"), width)]

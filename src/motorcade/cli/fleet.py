@@ -8,6 +8,7 @@ from binascii import crc32
 from collections import Counter
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from contextlib import asynccontextmanager, contextmanager, nullcontext, suppress
+from itertools import islice
 from pathlib import Path
 
 import typer
@@ -17,10 +18,20 @@ from rich.text import Text
 
 from motorcade.cli.console import progress_bar
 from motorcade.cli.options import DEFAULT_PROFILE, Lookup, listed
-from motorcade.cli.output import Rows, current_language, make_table, print_json, print_problem, print_result, translated
+from motorcade.cli.output import (
+    Rows,
+    current_language,
+    is_shown_on_terminal,
+    make_table,
+    print_json,
+    print_problem,
+    print_result,
+    print_table,
+    translated,
+)
 from motorcade.drive.keys import client_context
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.fleet.cars import MOST_CARS, Cars, Finder
+from motorcade.fleet.cars import ALL, MOST_CARS, Cars, Finder
 from motorcade.fleet.contact import CarStatus, Contact
 from motorcade.fleet.places import place_of
 from motorcade.outcomes import NO_ANSWER
@@ -28,6 +39,8 @@ from motorcade.sockets import allow_files
 from motorcade.words.request import GO, STOP
 
 _DRAW_S = 0.2
+# Files that are open besides connections to cars.
+_OTHER_FILES = 64
 _LOOK_S = 0.02
 # What is a port or an address, and no name.
 _PORT = re.compile(r".*[:/].*|COM[0-9]+", re.IGNORECASE)
@@ -44,6 +57,7 @@ async def load(image: bytes, names: Sequence[str], search: Lookup, baud: int, re
     async with _looking(search, names, baud) as (cars, finder):
         await _found(cars, names, search)
         contacts = cars.named(names)
+        is_whole = ALL not in names or not cars.problem
         print_problem(finder.problem)
         if not contacts:
             raise MotorcadeError("no-cars-found")
@@ -67,6 +81,8 @@ async def load(image: bytes, names: Sequence[str], search: Lookup, baud: int, re
     failed = [each.error for each in verdicts if each.error]
     if failed:
         raise typer.Exit(failed[0].exit_code)
+    if not is_whole:
+        raise typer.Exit(NO_ANSWER)
 
 
 @asynccontextmanager
@@ -74,8 +90,10 @@ async def _looking(search: Lookup, names: Sequence[str] = (), baud: int = 115200
     """Look for cars while the block runs; ``names`` may be ports and addresses."""
     places = [*listed(search.file), *(place_of(name) for name in names if _PORT.fullmatch(name))]
     tls = client_context(search.keys, takes_chips=True) if search.keys else None
-    allow_files(MOST_CARS)
+    most = allow_files(2 * MOST_CARS + _OTHER_FILES) - _OTHER_FILES
     async with Cars(places, tls, baud) as cars:
+        # A drive server takes two connections.
+        cars.most_at_once = min(MOST_CARS, max(1, most // 2))
         finder = Finder(cars)
         async with nullcontext() if search.file else finder.looking():
             yield cars, finder
@@ -112,8 +130,9 @@ async def order(kind: str, search: Lookup, as_json: bool) -> None:
         # Those that are found meanwhile get it too.
         await asyncio.sleep(search.listen_s)
         missing = await cars.confirmed(search.seconds - (time.monotonic() - begin_s))
-        count = len(cars.contacts)
-        print_problem(finder.problem)
+        count = len(cars.statuses())
+        problem = finder.problem
+        print_problem(problem)
     if not count:
         raise MotorcadeError("no-cars-found")
     names = [each.name for each in missing]
@@ -123,29 +142,35 @@ async def order(kind: str, search: Lookup, as_json: bool) -> None:
         problems = [(each.name, each.problem.sentence(current_language())) for each in missing if each.problem]
         lines += [f"{name}: {problem}" for name, problem in problems[:_MOST_PROBLEMS]]
     print_result({"cars": count, "missing": names}, "\n".join(lines), as_json)
-    if missing:
+    if missing or (problem and problem.code == "list-not-whole"):
         raise typer.Exit(NO_ANSWER)
 
 
 def _program_names() -> dict[str, str]:
     """Return the names of the programs in the current folder, by the CRC-32 of their images (hexadecimal)."""
     names = {}
-    for file in [each for pattern in _PROGRAMS for each in sorted(Path().glob(pattern))][:_MOST_PROGRAMS]:
+    found = (file for pattern in _PROGRAMS for file in sorted(Path().glob(pattern)))
+    # Nobody has named them: a folder or a FIFO is none of them.
+    for file in islice(filter(Path.is_file, found), _MOST_PROGRAMS):
         from motorcade.program.files import image_in
 
-        with suppress(MotorcadeError):
+        with suppress(MotorcadeError, OSError):
             names[f"{crc32(image_in(file, DEFAULT_PROFILE)[0]):08x}"] = file.name.partition(".")[0]
     return names
 
 
-async def print_cars(search: Lookup) -> None:
-    """Print what is known of all cars as JSON."""
+async def print_cars(search: Lookup, as_json: bool) -> None:
+    """Print once what is known of all cars."""
     programs = _program_names()
     async with _looking(search) as (cars, finder):
         await asyncio.sleep(search.listen_s)
         await cars.known(search.seconds - search.listen_s)
-        rows = [each._asdict() for each in cars.statuses()]
-        print_problem(finder.problem)
+        statuses = cars.statuses()
+    if not as_json:
+        print_table(_table(statuses, finder, programs))
+        return
+    print_problem(finder.problem)
+    rows = [status._asdict() for status in statuses]
     for row in rows:
         row["program"] = programs.get(row["crc32"], "")
         row["problem"] = row["problem"].to_dict() if row["problem"] else None
@@ -198,7 +223,9 @@ def _reading_keys(pressed: Callable[[str], object]) -> Iterator[None]:
 def _table(rows: Sequence[CarStatus], finder: Finder, programs: dict[str, str]) -> Table:
     counted = translated("cars-counted", count=sum(not row.away for row in rows), away=sum(row.away for row in rows))
     others = [f"{each.name} ({each.address})" for each in finder.others.values()]
-    lines = [counted, translated("cars-keys")]
+    lines = [counted]
+    if is_shown_on_terminal():
+        lines.append(translated("cars-keys"))
     if others:
         lines.append(translated("cars-others", list=", ".join(others)))
     problems = [f"{row.name}: {row.problem.sentence(current_language())}" for row in rows if row.problem]
@@ -206,7 +233,7 @@ def _table(rows: Sequence[CarStatus], finder: Finder, programs: dict[str, str]) 
     if finder.problem:
         lines.append(finder.problem.sentence(current_language()))
     cells = (_cells(row, programs.get(row.crc32 or "", "")) for row in rows)
-    return make_table(_COLUMNS, cells, caption=Text("\n".join(lines)))
+    return make_table(_COLUMNS, cells, caption="\n".join(lines))
 
 
 def _cells(row: CarStatus, program: str) -> list[Text]:

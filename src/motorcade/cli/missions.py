@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from motorcade.cli.options import Jobs, JsonInPipes, NumberOption, write_file
+from motorcade.cli.options import Jobs, Json, NumberOption, own_world, write_file
 from motorcade.cli.output import Rows, current_language, print_lines, print_note, print_result, translated
 from motorcade.cli.runs import ended_by_sentences
 from motorcade.errors import MotorcadeError, Phrase
@@ -26,7 +26,7 @@ app = typer.Typer()
 
 
 @app.command("missions")
-def _missions(as_json: JsonInPipes = False) -> None:
+def _missions(as_json: Json = False) -> None:
     from motorcade.missions.document import LITERATURE, missions, shortest_programs
 
     found, shortest = missions() + missions(LITERATURE), shortest_programs()
@@ -63,7 +63,7 @@ def _check(
     mission: Annotated[str, typer.Argument(metavar="MISSION")],
     program: Annotated[str, typer.Argument(metavar="PROGRAM")],
     output: Annotated[Path | None, typer.Option("-o", "--output", dir_okay=False)] = None,
-    as_json: JsonInPipes = False,
+    as_json: Json = False,
 ) -> None:
     wanted = _named(mission)
     with needs_extra("simulating", "world"):
@@ -84,7 +84,7 @@ def _search(
     jobs: Jobs = 0,
     scheduler: str = "",
     ahead: Annotated[int, typer.Option(min=1, max=10_000)] = 8,
-    as_json: JsonInPipes = False,
+    as_json: Json = False,
 ) -> None:
     wanted = _named(mission)
     folder = output or Path(f"{wanted.id}-search")
@@ -171,8 +171,8 @@ def _check_folder(mission: "Mission", folder: Path, output: Path | None, as_json
         for path in files:
             checked.append(checked_file(mission, folder, path))
             advance(len(checked))
-    write_file(table, to_csv(checked, mission, language).encode())
-    write_file(page, to_html(checked, mission, language).encode())
+    write_file(table, to_csv(checked, mission, language).encode(errors="replace"))
+    write_file(page, to_html(checked, mission, language).encode(errors="replace"))
     data: list[dict[str, Any]] = []
     cells = []
     for each in checked:
@@ -198,6 +198,10 @@ def _check_program(mission: "Mission", program: str, as_json: bool) -> bool:
         result = _result(mission, program)
     except (MotorcadeError, OSError) as problem:
         raise MotorcadeError("mission-program-not-valid", file=program, reason=problem) from None
+    if Path(program).is_file():
+        own = own_world(Path(program)).mat
+        if own and own != mission.mat:
+            print_note(translated("own-mat-not-checked", file=program, mat=own.name))
     for note in mission.beside_mat():
         print_note(note.sentence(language))
     rows = [

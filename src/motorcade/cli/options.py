@@ -1,30 +1,49 @@
 """Options and arguments that commands share, and what is read and written by them."""
 
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
 
-from motorcade.cli.output import print_diagnostics, wants_json
+from motorcade.cli.output import current_language, print_diagnostics, print_note
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.outcomes import PROGRAM_ERROR
+from motorcade.sockets import DRIVE_PORT, host_and_port
 
 if TYPE_CHECKING:
+    from motorcade.config.pins import PinMap
     from motorcade.config.profile import Profile
     from motorcade.fleet.places import Place
+    from motorcade.mats import Mat
 
 DEFAULT_PROFILE = "classroom"
 # A frame has 36 bits; a number with more digits than this is none that anything here takes.
 _MOST_OF_A_NUMBER = 80
+# The page lets infrared reach so far.
+_MOST_RANGE_MM = 20_000
+# How an address of a drive server is printed beside others.
+DRIVE_SCHEME = "drive://"
 # A list of cars in the folder where a command runs is read without being named.
 _USUAL_LIST = Path("cars.toml")
+# In what a command shares with those below it: present where --json is given.
+_JSON = "motorcade.json"
 # The least time for which a command listens for announcements of cars.
 _LISTEN_S = 1.5
 
-# Whether to print JSON: where it is asked for; or also where no terminal shows what is printed.
-Json = Annotated[bool, typer.Option("--json")]
-JsonInPipes = Annotated[bool, typer.Option("--json", callback=wants_json)]
+
+def wants_json(context: typer.Context, is_given: bool) -> bool:
+    """Return whether --json is given, to this command or to one above it."""
+    if is_given:
+        context.meta[_JSON] = True
+    return _JSON in context.meta
+
+
+# Whether to print JSON. Everything else that commands print is for people, in pipes too.
+Json = Annotated[bool, typer.Option("--json", callback=wants_json)]
+# As pages show an IPv6 address, it has brackets.
+Host = Annotated[str, typer.Option(callback=lambda host: host.strip("[]"))]
 ExistingFile = Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True)]
 SourceArgument = Annotated[Path, typer.Argument(metavar="PROJECT|IMAGE", exists=True, dir_okay=False, readable=True)]
 OptionalFile = Annotated[Path | None, typer.Option(exists=True, dir_okay=False)]
@@ -70,6 +89,19 @@ class Lookup(NamedTuple):
         return 0.0 if self.file else min(_LISTEN_S, self.seconds)
 
 
+def car_address(text: str) -> tuple[str, int]:
+    """Return host and port of a car that is driven: ``[drive://]HOST[:PORT]``. Raises MotorcadeError."""
+    return host_and_port(text.removeprefix(DRIVE_SCHEME), DRIVE_PORT)
+
+
+def own_folder() -> Path:
+    """Return the folder of this user's settings and files."""
+    # By the specification of XDG an empty path, or a relative one, counts as none.
+    if not Path(os.environ.get("XDG_CONFIG_HOME", "")).is_absolute():
+        os.environ.pop("XDG_CONFIG_HOME", None)
+    return Path(typer.get_app_dir("motorcade"))
+
+
 def exclude_each_other(**given: Any) -> None:
     """Raise MotorcadeError where more than one of the options is given; each has a name of Python's."""
     names = [f"--{name.replace('_', '-')}" for name, value in given.items() if value]
@@ -92,6 +124,16 @@ def profile_named(name: str) -> "Profile":
     return load_profile(name, Path())
 
 
+def pins_at(path: Path) -> "PinMap":
+    """Load a pin file, and print what its pins do at power-on or carry that matters to the parts there."""
+    from motorcade.config.pins import load_pins
+
+    pins = load_pins(path)
+    for warning in pins.warnings:
+        print_note(f"{path.name}: {warning.sentence(current_language())}")
+    return pins
+
+
 def image_for(source: Path, profile_name: str | None) -> "tuple[bytes, Profile]":
     """Return the image in a file, or compile the project in it, and the profile, as `image_of`.
 
@@ -101,6 +143,32 @@ def image_for(source: Path, profile_name: str | None) -> "tuple[bytes, Profile]"
     if profile_name and replace(profile_named(profile_name), name=profile.name) != profile:
         raise MotorcadeError("profile-is-the-projects", file=source, profile=profile.name, other=profile_name)
     return image, profile
+
+
+class OwnWorld(NamedTuple):
+    """What a project keeps of the world in which its author saw it; None for what it doesn't."""
+
+    mat: "Mat | None" = None
+    range_mm: int | None = None
+
+
+def own_world(source: Path) -> OwnWorld:
+    """Return what the project in a file keeps of its world; nothing for an image or Python text.
+
+    Raises MotorcadeError where its mat is not valid. The project is.
+    """
+    from motorcade.config.files import read_bytes
+    from motorcade.mats.document import mat_of
+    from motorcade.program.files import PYTHON, is_project
+    from motorcade.program.model import read_program
+
+    data = read_bytes(source)
+    if source.suffix == PYTHON or not is_project(data, source):
+        return OwnWorld()
+    beside = read_program(data).beside
+    mat = mat_of(beside["mat"], Phrase("mat-named", name=source.name)) if "mat" in beside else None
+    range_mm = beside.get("view", {}).get("range_mm")
+    return OwnWorld(mat, range_mm if isinstance(range_mm, int) and 0 < range_mm <= _MOST_RANGE_MM else None)
 
 
 def image_of(source: Path, profile_name: str, place: str = "") -> "tuple[bytes, Profile]":

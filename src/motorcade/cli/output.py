@@ -1,7 +1,12 @@
-"""What commands print, and its language: that of --language, or else the system's."""
+"""What commands print, and its language: that of --language, or else the system's.
+
+What is printed may hold what a car, a server or a file's name says. A terminal obeys some characters, and some change
+the order of others; here, where text leaves the program, `plain` replaces them, and none is read as Rich's markup.
+"""
 
 import json
 import os
+import re
 import shlex
 import sys
 from collections.abc import Collection, Iterable, Iterator, Sequence
@@ -15,8 +20,15 @@ from motorcade.locales import languages, system_language, text
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
     from rich.table import Table
+    from rich.text import Text
 
     from motorcade.program.diagnostics import Diagnostic
+
+# Of a line in characters: wider than any table.
+_UNBROKEN_WIDTH = 10_000
+# What a terminal obeys (C0 and C1 but for tab and line feed), what ends a line or turns its direction, and half
+# surrogate pairs, which stand for the bytes of a file's name that are no UTF-8.
+_OBEYED = re.compile("[\0-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 
 # That of --language, empty for none; all threads print notes in it.
 _requested = ""
@@ -51,14 +63,24 @@ def translated(key: str, **details: Any) -> str:
     return text("command_line", key, details, current_language())
 
 
-def wants_json(as_json: bool) -> bool:
-    """Return whether to print JSON: --json is given, or standard output is no terminal."""
-    return as_json or sys.stdout is None or not sys.stdout.isatty()
+def is_shown_on_terminal() -> bool:
+    """Return whether standard output is a terminal, and no pipe or file."""
+    return sys.stdout is not None and sys.stdout.isatty()
+
+
+def plain(text: str) -> str:
+    """Return text for a terminal; a replacement character stands for each that a terminal would obey."""
+    return _OBEYED.sub("\N{REPLACEMENT CHARACTER}", text)
 
 
 def print_json(data: Any) -> None:
-    """Print a JSON document on standard output."""
-    print_lines([json.dumps(data, ensure_ascii=False)])
+    """Print a JSON document on standard output; what a terminal would obey is there as an escape of JSON."""
+    print_lines([json_text(data)])
+
+
+def json_text(data: Any) -> str:
+    """Return a JSON document in one line that no terminal obeys."""
+    return _OBEYED.sub(lambda found: f"\\u{ord(found[0]):04x}", json.dumps(data, ensure_ascii=False))
 
 
 def make_table(
@@ -69,7 +91,7 @@ def make_table(
     unbroken: Collection[str] = (),
     **style: Any,
 ) -> "Table":
-    """Make a table whose headings are the texts "column-…" of the catalogue.
+    """Make a table whose headings are the texts "column-…" of the catalogue. Only a terminal gets frames.
 
     Args:
         columns: the names of the headings.
@@ -79,26 +101,40 @@ def make_table(
         style: what else Rich's table takes, such as a title.
     """
     from rich.table import Table
-    from rich.text import Text
 
+    if not is_shown_on_terminal():
+        style |= {"box": None, "pad_edge": False}
+    for name in ("title", "caption"):
+        if style.get(name) is not None:
+            style[name] = _as_text(style[name])
     table = Table(title_justify="left", caption_justify="left", **style)
     for name in columns:
         heading = translated(f"column-{name}")
         table.add_column(heading, justify="right" if name in right else "left", no_wrap=name in unbroken)
     for row in rows:
-        # A plain text is no markup, whoever wrote it.
-        table.add_row(*(each if isinstance(each, Text) else Text("–" if each is None else str(each)) for each in row))
+        table.add_row(*("–" if each is None else _as_text(each) for each in row))
     return table
 
 
+def _as_text(shown: Any) -> "Text":
+    """Return a text for Rich that is no markup, whoever wrote it, with the styles of one that has some."""
+    from rich.text import Text
+
+    if not isinstance(shown, Text):
+        return Text(plain(str(shown)))
+    text = shown.copy()
+    text.plain = plain(text.plain)
+    return text
+
+
 def print_table(table: "RenderableType") -> None:
-    """Print what Rich draws on standard output."""
+    """Print what Rich draws on standard output; into a pipe or file without colours, and no line of it is broken."""
     from rich.console import Console
 
-    console = Console()
+    console = Console() if is_shown_on_terminal() else Console(width=_UNBROKEN_WIDTH, color_system=None)
     with console.capture() as drawn:
         console.print(table)
-    print_lines([drawn.get().removesuffix("\n")])
+    _print_drawn(line.rstrip() for line in drawn.get().removesuffix("\n").split("\n"))
 
 
 class Rows(NamedTuple):
@@ -122,6 +158,10 @@ def print_result(data: Any, shown: str | Rows, as_json: bool) -> None:
 
 def print_lines(lines: Iterable[str]) -> None:
     """Print lines on standard output; it is no error if the reader has closed the pipe."""
+    _print_drawn(map(plain, lines))
+
+
+def _print_drawn(lines: Iterable[str]) -> None:
     try:
         for line in lines:
             print(line)
@@ -133,7 +173,7 @@ def print_lines(lines: Iterable[str]) -> None:
 
 def print_note(sentence: str) -> None:
     """Print a sentence of the program on standard error."""
-    print(f"motorcade: {sentence}", file=sys.stderr)
+    print(f"motorcade: {plain(sentence)}", file=sys.stderr)
 
 
 def print_problem(problem: MotorcadeError | None) -> None:
@@ -153,7 +193,7 @@ def print_diagnostics(diagnostics: "Iterable[Diagnostic]", console: "Console | N
         line = Text(f"{place}: " if place else "")
         line.append(translated(each.severity), style="bold red" if each.severity == "error" else "bold yellow")
         line.append(f" {each.code}: {each.sentence(current_language())}")
-        console.print(line, soft_wrap=True)
+        console.print(_as_text(line), soft_wrap=True)
 
 
 def quoted(path: Path) -> str:

@@ -23,11 +23,10 @@ from motorcade.cli.output import (
     print_result,
     quoted,
     translated,
-    wants_json,
 )
 from motorcade.errors import MotorcadeError
 from motorcade.extras import needs_extra
-from motorcade.sockets import DRIVE_PORT, host_and_port, is_loopback
+from motorcade.sockets import is_loopback
 
 if TYPE_CHECKING:
     from motorcade.cameras.broadcast import Source
@@ -137,7 +136,7 @@ def _remote(
     cars: Annotated[list[str], typer.Argument(metavar=f"{_METAVAR}…")],
     keys: options.KeysFile = None,
     camera: options.Cameras = None,
-    host: str = "127.0.0.1",
+    host: options.Host = "127.0.0.1",
     port: options.TcpPortOption = 7701,
     page_keys: options.PageKeys = None,
     insecure_lan: options.InsecureLan = False,
@@ -199,8 +198,8 @@ def _car(text: str, urls: dict[str, str]) -> "RemoteCar":
     name, where = _pair(text, "not-name-and-host", form=_METAVAR)
     if not is_name(name):
         raise MotorcadeError("not-a-car-name", name=name)
-    where, slash, telemetry = where.partition("/")
-    host, port = host_and_port(where, DRIVE_PORT)
+    where, slash, telemetry = where.removeprefix(options.DRIVE_SCHEME).partition("/")
+    host, port = options.car_address(where)
     if slash and not (telemetry.isascii() and telemetry.isdigit() and 0 < int(telemetry) < 65536):
         raise MotorcadeError("not-a-telemetry-port", text=telemetry, name=name)
     return RemoteCar(name, host, port, int(telemetry) if slash else None, urls.get(name))
@@ -229,7 +228,7 @@ def _site(output: options.Output, as_json: options.Json = False) -> None:
 @studio_app.command("studio")
 def _studio(
     port: options.TcpPortOption = 7700,
-    host: str = "127.0.0.1",
+    host: options.Host = "127.0.0.1",
     library: Annotated[Path | None, typer.Option(file_okay=False)] = None,
     car: options.CarsOption = None,
     keys: options.KeysFile = None,
@@ -253,7 +252,7 @@ def _studio(
     check_page()
     options.exclude_each_other(https=page_keys, insecure_lan=insecure_lan)
     named = named_cars(car or (), camera or (), keys)
-    folder = library or Path(typer.get_app_dir("motorcade")) / "projects"
+    folder = library or options.own_folder() / "projects"
     token = own_token(folder)
     with _listen(host, port, token) as listener, logging_to(log, print_problem) as written:
         tls = _page_tls(listener, page_keys, insecure_lan)
@@ -274,7 +273,7 @@ def _studio(
 @studio_app.command("class")
 def _class(
     folder: Annotated[Path | None, typer.Option(file_okay=False)] = None,
-    host: str = "0.0.0.0",
+    host: options.Host = "0.0.0.0",
     port: options.TcpPortOption = 7710,
     https: Annotated[bool, typer.Option("--https")] = False,
     new_password: Annotated[bool, typer.Option("--new-password")] = False,
@@ -301,7 +300,7 @@ def _class(
     from motorcade.fleet.places import CLASS, announced
 
     named = named_cars(car or (), camera or (), keys)
-    place = folder or Path(typer.get_app_dir("motorcade")) / "class"
+    place = folder or options.own_folder() / "class"
     files = ClassFolder(place)
     with files.opened(), bind(host, port, "class") as listener, logging_to(log, print_problem) as written:
         record = files.load(secrets.randbelow)
@@ -339,7 +338,7 @@ def _class(
             if reaches_others and not https:
                 lines.append(translated("class-insecure"))
             print_result(found, "\n".join(lines), as_json)
-            if not wants_json(as_json):
+            if not as_json:
                 print_lines([qr_for_terminal(join_url(addresses[0], code))])
             if not no_browser:
                 open_browser(teacher)

@@ -7,15 +7,18 @@ from typing import Any
 import numpy as np
 from rich.console import Console, Group
 from rich.table import Table
+from rich.text import Text
 
 from motorcade.cli.console import words_table
-from motorcade.cli.output import make_table, print_diagnostics, translated
+from motorcade.cli.output import make_table, print_diagnostics, print_lines, print_table, translated
 from motorcade.config.profile import built_in_profile
 from motorcade.engine.events import KINDS
+from motorcade.errors import Phrase
 from motorcade.mats import Mat
+from motorcade.mats.document import mat_of
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program
-from motorcade.runs.recording import events_as_dicts, with_tag
+from motorcade.runs.recording import WHICH, events_as_dicts, with_tag
 from motorcade.runs.running import Run, Slot, simulate
 
 # Slots in a table; --json lists all.
@@ -42,7 +45,7 @@ def cars_table(run: Run) -> Table:
         for car, leads in enumerate(world.mat.starts.leads.tolist())
     ]
     columns = ("car", "words", "frames", "heard", "lost", "driven", "x", "y", "heading")
-    title = translated("cars-table-title", seconds=world.now_ms / 1000)
+    title = translated("cars-table-title", seconds=world.now_ms / 1000, mat=world.mat.name)
     return make_table(columns, rows, right=columns[1:], unbroken=["car"], title=title)
 
 
@@ -77,7 +80,8 @@ def _event_as_dict(event: dict[str, Any]) -> dict[str, object]:
         event["index"] = other
     if kind in ("heard", "lost"):
         event["sender"] = other
-    return event | ({"why": why} if why else {})
+    named = {name: value for name, value in event.items() if name not in WHICH}
+    return named | ({"why": why} if why else {})
 
 
 def _crowd_table(run: Run) -> Table:
@@ -99,7 +103,7 @@ def print_unheard(run: Run) -> None:
     if silent:
         key = "car-out-of-range" if len(silent) == 1 else "cars-out-of-range"
         line = translated(key, car=silent[0], count=len(silent))
-        Console(stderr=True).print(line, soft_wrap=True)
+        Console(stderr=True).print(Text(line), soft_wrap=True)
 
 
 def _rounded(value: float, digits: int) -> str:
@@ -109,7 +113,7 @@ def _rounded(value: float, digits: int) -> str:
 
 def show(
     program: Program,
-    followers: int = 5,
+    followers: int | None = None,
     seconds: float = 30,
     seed: int = 0,
     mat: Mat | None = None,
@@ -119,24 +123,27 @@ def show(
 
     Args:
         program: the program.
-        followers: the number of followers.
+        followers: the number of followers on an open table; 5 unless given.
         seconds: simulated time.
         seed: the same seed gives the same run.
-        mat: the place with all cars, in place of ``followers``; `open_table` makes one from poses.
+        mat: the place with all cars, in place of ``followers``; `open_table` makes one from poses. Unless one of both
+            is given, the mat with which the program was saved, if it was.
         picture: the file for a picture of the tracks, if one is wanted.
 
     Raises:
         ProgramError: the program has errors; its text says which and where.
         MotorcadeError: the run can't be simulated, or the picture can't be written.
     """
-    console = Console()
     compiled = compile_program(program)
-    print_diagnostics(compiled.diagnostics, console)
+    print_diagnostics(compiled.diagnostics, Console())
     profile = built_in_profile(program.profile)
-    console.print(words_table(compiled.words, profile) if compiled.words else "")
+    if compiled.words:
+        print_table(words_table(compiled.words, profile))
     record = [picture] if picture else []
-    run = simulate(compiled.image, followers, seconds, seed, profile, mat, record)
-    console.print(run_tables(run))
+    if mat is None and followers is None and "mat" in program.beside:
+        mat = mat_of(program.beside["mat"], Phrase("mat-of-page"))
+    run = simulate(compiled.image, 5 if followers is None else followers, seconds, seed, profile, mat, record)
+    print_table(run_tables(run))
     if picture:
-        console.print(translated("run-is-drawn", picture=picture))
+        print_lines([translated("run-is-drawn", picture=picture)])
     return run

@@ -5,7 +5,7 @@ import heapq
 import json
 import math
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -23,7 +23,7 @@ from motorcade.cli.output import (
     print_table,
     translated,
 )
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 from motorcade.outcomes import PROGRAM_ERROR
 
@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 
 # The exit code of a sweep that Ctrl-C ended.
 _STOPPED = 130
+# Kinds of events that come many times a second.
+_ON_THE_AIR = ("frame", "heard")
 
 app = typer.Typer()
 RunFile = Annotated[Path, typer.Argument(metavar="RUN")]
@@ -50,7 +52,7 @@ def _simulate(
     mat: Path | None = None,
     record: list[Path] | None = None,
     profile: options.ImageProfile = None,
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     image, chosen = options.image_for(source, profile)
     if math.isnan(seconds):
@@ -66,9 +68,18 @@ def _simulate(
         from motorcade.runs.running import simulate
         from motorcade.words.image import parse_image_bytes
 
+        own = options.own_world(source)
+        if mat:
+            place = read_mat(mat)
+        elif own.mat and followers is not None:
+            print_note(translated("own-mat-not-used", mat=own.mat.name))
+            place = None
+        else:
+            place = own.mat
+        if own.range_mm and place is own.mat:
+            chosen = dataclasses.replace(chosen, infrared=dataclasses.replace(chosen.infrared, range_mm=own.range_mm))
         if followers is None:
             followers = 5 if parse_image_bytes(image).followers else 0
-        place = read_mat(mat) if mat else None
         drawings = [path for path in files if path.suffix.lower() != DATA_ENDING]
         total_ms = round(seconds * 1000) * (1 + len(drawings))
         texts = drawing_texts() if drawings else nullcontext()
@@ -82,12 +93,16 @@ def _simulate(
 
 
 @app.command("replay")
-def _replay(run: RunFile) -> None:
+def _replay(run: RunFile, output: options.OptionalOutput = None, as_json: options.Json = False) -> None:
     with needs_extra("replaying", "runs"):
         from motorcade.runs.recorder import open_recording
 
         recording = open_recording(run)
-        print_lines(_lines(recording))
+        lines = _json_lines(recording) if as_json else _text_lines(recording)
+        if output:
+            options.write_file(output, "".join(f"{line}\n" for line in lines).encode(), run)
+        else:
+            print_lines(lines)
     print_problem(recording.damage)
 
 
@@ -106,14 +121,33 @@ def _plot(run: RunFile, output: options.Output, speed: float = 1, as_json: optio
     print_problem(recording.damage)
 
 
-def _lines(recording: "Recording") -> Iterator[str]:
+def _text_lines(recording: "Recording") -> Iterator[str]:
+    """Yield what the cars did as sentences, a line an event; frames and moments are left out."""
+    from motorcade.cli.console import describe_control
+    from motorcade.runs.recording import events_as_dicts
+
+    about = recording.about
+    yield translated("replay-begins", cars=about.cars, seconds=recording.last_ms / 1000, mat=about.mat.name)
+    for batch in recording.events():
+        for event in events_as_dicts(batch):
+            kind = event["kind"]
+            if kind in _ON_THE_AIR:
+                continue
+            does = describe_control(event["word"], about.profile) if kind in ("state", "start") else ""
+            detail = event["why"] if kind == "lost" else event["other"]
+            sentence = translated(f"car-{kind}", does=does, detail=detail)
+            car = Phrase("car-number", number=event["car"]).sentence(current_language())
+            yield f"{event['t_ms'] / 1000:9.3f} s  {car}: {sentence}"
+
+
+def _json_lines(recording: "Recording") -> Iterator[str]:
     """Yield the run's description, then its moments and events in order of time, each as JSON."""
     from motorcade.runs.recording import events_as_dicts, with_tag
 
     events = ({"type": "event", **with_tag(event)} for batch in recording.events() for event in events_as_dicts(batch))
     moments = ({"type": "cars", **moment.to_dict()} for moment in recording.moments())
     yield json.dumps({"type": "run", **recording.about.to_dict()}, ensure_ascii=False)
-    for line in heapq.merge(events, moments, key=itemgetter("t_ms")):
+    for line in heapq.merge(events, moments, key=itemgetter("run", "t_ms")):
         yield json.dumps(line)
 
 
@@ -124,7 +158,7 @@ def _sweep(
     jobs: options.Jobs = 0,
     scheduler: str = "",
     capsule: Annotated[Path | None, typer.Option(dir_okay=False)] = None,
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     with ended_by_sentences(output):
         from motorcade.cli.console import progress_bar
@@ -156,7 +190,7 @@ def _verify(
     capsule: Annotated[Path, typer.Argument(metavar="CAPSULE.zip", exists=True, dir_okay=False, readable=True)],
     sample: Annotated[int | None, typer.Option(min=1)] = None,
     jobs: options.Jobs = 0,
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     with ended_by_sentences(capsule, "verify"):
         from motorcade.cli.console import progress_bar
@@ -179,8 +213,14 @@ def _plan(spec: Path, with_digests: bool) -> "Plan":
     from motorcade.experiments.plan import Plan
     from motorcade.experiments.spec import read_sweep
 
+    def has_own_mat(program: Path) -> bool:
+        # A program that can't be read gets its own sentence when it is compiled.
+        with suppress(MotorcadeError, OSError):
+            return options.own_world(program).mat is not None
+        return False
+
     try:
-        wanted = read_sweep(spec)
+        wanted = read_sweep(spec, lambda program: has_own_mat(spec.parent / program))
     except MotorcadeError as problem:
         raise MotorcadeError("sweep-not-valid", reason=problem) from None
     programs = [_program(spec, index, wanted) for index in range(len(wanted.programs))]

@@ -1,7 +1,6 @@
 """Serve a car and its page until a signal ends it. A file of its own, because asyncio is slow to import."""
 
 import asyncio
-import signal
 import socket
 import ssl
 import sys
@@ -12,7 +11,8 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
-from motorcade.cli.output import current_language, print_problem, print_result, translated
+from motorcade.cli.ending import Ending
+from motorcade.cli.output import current_language, plain, print_problem, print_result, translated
 from motorcade.drive.channels import Clients
 from motorcade.drive.keys import RevokedKeys
 from motorcade.drive.server import serving, watched
@@ -24,40 +24,37 @@ if TYPE_CHECKING:
     from motorcade.drive.wire import Telemetry
 
 _PERIOD_S, _LAST_LINE_S = 0.1, 1.0
-_ENDS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
 Note = Phrase | MotorcadeError | str
 
 
 async def serve(
     clients: Clients,
-    commands: socket.socket,
-    telemetry: socket.socket,
+    sockets: tuple[socket.socket, socket.socket],
     tls: ssl.SSLContext | None,
     page: "Callable[[CarControl], AbstractAsyncContextManager[str]] | None",
     parts: "CarParts | None",
     notes: deque[Note],
+    ending: Ending,
     as_json: bool,
 ) -> None:
     """Serve a car until a signal ends it.
 
     Args:
         clients: of the car.
-        commands, telemetry: where it listens.
+        sockets: where it listens for commands, and where it sends telemetry.
         tls: for both; None for none.
         page: serves its page, if it has one, and gives the page's address.
         parts: a real car's equipment; None for a simulated car.
         notes: sentences for the log; other threads append to it.
+        ending: tells when a signal comes.
         as_json: prints JSON when the car takes commands.
     """
     control = clients.control
     ended, loop = asyncio.Event(), asyncio.get_running_loop()
-
-    for name in _ENDS:
-        if hasattr(signal, name):
-            signal.signal(getattr(signal, name), lambda number, frame: loop.call_soon_threadsafe(ended.set))
+    ending.then(lambda: loop.call_soon_threadsafe(ended.set))
     async with AsyncExitStack() as resources:
         await resources.enter_async_context(watched(control))
-        listeners = await resources.enter_async_context(serving(clients, commands, telemetry, tls))
+        listeners = await resources.enter_async_context(serving(clients, *sockets, tls))
         url = await resources.enter_async_context(page(control)) if page else None
         resources.enter_context(_logging(control.telemetry, notes))
         (host, port), (_, telemetry_port) = (each.address for each in listeners)
@@ -83,7 +80,7 @@ def _print_addresses(
 
 @contextmanager
 def _logging(telemetry: "Callable[[], Telemetry]", notes: deque[Note]) -> Iterator[None]:
-    """Print driver and state whenever they change, in a thread: a terminal that hangs doesn't stop the car."""
+    """Print driver and state whenever they change, and notes, until the block ends."""
     over, before = threading.Event(), _visible(telemetry())
 
     def log_changes() -> None:
@@ -120,4 +117,4 @@ def _visible(telemetry: "Telemetry") -> tuple[object, ...]:
 
 
 def _log(sentence: str) -> None:
-    print(f"{time.strftime('%H:%M:%S')} {sentence}", file=sys.stderr, flush=True)
+    print(f"{time.strftime('%H:%M:%S')} {plain(sentence)}", file=sys.stderr, flush=True)

@@ -11,7 +11,15 @@ import typer
 
 from motorcade import __version__
 from motorcade.cli import options
-from motorcade.cli.output import current_language, print_result, translated, wants_json
+from motorcade.cli.output import (
+    current_language,
+    is_shown_on_terminal,
+    plain,
+    print_lines,
+    print_note,
+    print_result,
+    translated,
+)
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 
@@ -19,15 +27,15 @@ if TYPE_CHECKING:
     from motorcade.config.pins import PinMap
 
 # The chips of MicroPython cars, and what people call them.
-ChipName = Literal["esp32", "rp2040"]
-_TITLES = {"esp32": "ESP32", "rp2040": "Raspberry Pi Pico"}
+ChipName = Literal["esp32", "rp2040", "rp2350"]
+_TITLES = {"esp32": "ESP32", "rp2040": "Raspberry Pi Pico", "rp2350": "Raspberry Pi Pico 2"}
 
 app = typer.Typer()
 cars_app = typer.Typer()
 
 
 @app.command("ports")
-def _ports(as_json: options.JsonInPipes = False) -> None:
+def _ports(as_json: options.Json = False) -> None:
     from motorcade.upload.serial_port import BARE, ports
 
     found, names = ports(), ("device", "description", "hardware", "board")
@@ -61,7 +69,7 @@ def _upload(
         from motorcade.cli.fleet import load
 
         search = options.Lookup(car_list, keys, seconds)
-        asyncio.run(load(image, to, search, chosen.serial.baud, resume, wants_json(as_json)))
+        asyncio.run(load(image, to, search, chosen.serial.baud, resume, as_json))
         return
     if resume or car_list or keys:
         raise MotorcadeError("options-need-to")
@@ -106,7 +114,7 @@ def _install_firmware(
     revoked: options.OptionalFile = None,
     dry_run: options.DryRun = False,
     profile: str = "classroom",
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     chosen = options.profile_named(profile)
     if (keys or insecure_lan) and not wifi:
@@ -125,13 +133,13 @@ def _install_firmware(
 
     with needs_extra("firmware", "firmware"):
         from motorcade.cli.console import progress_bar
-        from motorcade.config.pins import load_pins
         from motorcade.firmware.install import car_files, default_pins, install
         from motorcade.upload.serial_port import likely_port, ports
+    wired = options.pins_at(pins) if pins else None
     if dry_run:
-        if not pins and not chip:
+        if not wired and not chip:
             raise MotorcadeError("chip-missing")
-        settings = settings_for(load_pins(pins) if pins else default_pins(chip or ""))
+        settings = settings_for(wired or default_pins(chip or ""))
         sizes = {path: len(data) for path, data in car_files(settings).items()}
         lines = [f"{size:7} {path}" for path, size in sizes.items()]
         lines.append(translated("nothing-copied", bytes=sum(sizes.values()), files=len(sizes)))
@@ -140,7 +148,7 @@ def _install_firmware(
         return
     port = port or likely_port(ports()).device
     with progress_bar("copied", 100) as advance:
-        done = install(port, pins, settings_for, lambda copied, total: advance(copied * 100 // total))
+        done = install(port, wired, settings_for, lambda copied, total: advance(copied * 100 // total))
     data = {"port": port, "role": role, **done._asdict()}
     key = "files-copied" if done.copied else "files-there-already"
     sentence = translated(key, **data | {"chip": _TITLES[done.chip], "role": Phrase(f"role-{role}")})
@@ -155,15 +163,18 @@ def _arduino_library(
     number: options.NumberOption = 1,
     voice_map: options.OptionalFile = None,
     profile: str = "classroom",
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
-    from motorcade.config.pins import load_pins, load_voice_map
-    from motorcade.firmware.arduino_library import OWN_SKETCH, library_files, sketch_files, write_library
+    from motorcade.config.pins import load_voice_map
+    from motorcade.firmware.arduino_library import OWN_SKETCH, WHOLE_CARS, library_files, sketch_files, write_library
 
     files = library_files()
     if pins:
         voice = load_voice_map(voice_map) if voice_map else None
-        files |= sketch_files(load_pins(pins), options.profile_named(profile), role == "leader", number, voice)
+        wired = options.pins_at(pins)
+        files |= sketch_files(wired, options.profile_named(profile), role == "leader", number, voice)
+        if wired.chip.name not in WHOLE_CARS and wired.pin("infrared", "sender") is not None:
+            print_note(translated("arduino-sends-no-infrared", car=wired.name, chip=wired.chip.title))
     try:
         write_library(output, files)
     except OSError as problem:
@@ -179,14 +190,18 @@ def _cars(
     car_list: options.CarListOption = None,
     keys: options.OptionalFile = None,
     seconds: options.SecondsOption = 4.0,
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     if context.invoked_subcommand is None:
         import asyncio
 
         from motorcade.cli.fleet import print_cars, show_cars
 
-        asyncio.run((print_cars if as_json else show_cars)(options.Lookup(car_list, keys, seconds)))
+        search = options.Lookup(car_list, keys, seconds)
+        if is_shown_on_terminal() and not as_json:
+            asyncio.run(show_cars(search))
+        else:
+            asyncio.run(print_cars(search, as_json))
 
 
 @cars_app.command("blink")
@@ -202,7 +217,7 @@ def _blink(
     from motorcade.words.request import BLINK
 
     asyncio.run(act(options.Lookup(car_list, keys, seconds), names, BLINK))
-    print(translated("cars-blink", names=", ".join(names)))
+    print_lines([translated("cars-blink", names=", ".join(names))])
 
 
 @cars_app.command("name")
@@ -221,7 +236,7 @@ def _name(
 
     check_name(name)
     asyncio.run(act(options.Lookup(car_list, keys, seconds), [port], NAME, name))
-    print(translated("car-named", port=port, name=name))
+    print_lines([translated("car-named", port=port, name=name)])
 
 
 def _ordering(kind: str) -> Callable[..., None]:
@@ -229,7 +244,7 @@ def _ordering(kind: str) -> Callable[..., None]:
         car_list: options.CarListOption = None,
         keys: options.OptionalFile = None,
         seconds: options.SecondsOption = 4.0,
-        as_json: options.JsonInPipes = False,
+        as_json: options.Json = False,
     ) -> None:
         import asyncio
 
@@ -284,11 +299,11 @@ def _chosen(ports: list[tuple[str, str]]) -> str:
         return ports[int(answer) - 1][0]
 
     for number, (device, title) in enumerate(ports, start=1):
-        print(f"{number:3}  {device}  {title}", file=sys.stderr)
+        print(f"{number:3}  {plain(device)}  {plain(title)}", file=sys.stderr)
     return str(typer.prompt(translated("which-port"), default="1", value_proc=chosen, err=True))
 
 
 def _print_retry(retry: Phrase) -> None:
     # Like the progress bar, only for a user at a terminal.
     if sys.stderr.isatty():
-        print(retry.sentence(current_language()), file=sys.stderr)
+        print(plain(retry.sentence(current_language())), file=sys.stderr)

@@ -29,7 +29,7 @@ FormatName = Annotated[str, typer.Argument(metavar="FORMAT")]
 def _encode(
     word_format: FormatName,
     values: Annotated[list[str] | None, typer.Argument(metavar="NAME=VALUE...")] = None,
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     from motorcade.words.formats import format_named
 
@@ -57,7 +57,7 @@ def _encode(
 def _decode(
     word_format: FormatName,
     words: Annotated[list[str], typer.Argument(metavar="WORD...")],
-    as_json: options.JsonInPipes = False,
+    as_json: options.Json = False,
 ) -> None:
     from motorcade.words.formats import format_named
 
@@ -88,15 +88,16 @@ def _decode(
 
 @app.command("compile")
 def _compile(
-    project: options.ExistingFile, output: options.OptionalOutput = None, as_json: options.JsonInPipes = False
+    project: options.ExistingFile, output: options.OptionalOutput = None, as_json: options.Json = False
 ) -> None:
     from motorcade.cli.console import words_table
+    from motorcade.config.files import read_bytes
     from motorcade.program.compiler import Compiled
     from motorcade.program.diagnostics import ProgramError, has_errors
-    from motorcade.program.files import compile_project, read_file
+    from motorcade.program.files import compile_project
 
     try:
-        compiled, profile = compile_project(read_file(project), project)
+        compiled, profile = compile_project(read_bytes(project), project)
     except ProgramError as problem:
         compiled, profile = Compiled((), 0, 0, 0, False, problem.diagnostics, ()), None
     failed = has_errors(compiled.diagnostics)
@@ -119,14 +120,20 @@ def _decompile(
     image: options.ExistingFile,
     profile: str = "classroom",
     python: Annotated[bool, typer.Option("--python")] = False,
-    as_json: options.Json = True,
+    output: options.OptionalOutput = None,
+    as_json: options.Json = False,
 ) -> None:
     from motorcade.program.decompiler import decompile
     from motorcade.program.files import words_in
     from motorcade.program.python_writer import python_text
 
+    options.exclude_each_other(python=python, json=as_json)
     program = decompile(words_in(image), options.profile_named(profile))
-    print_lines([(python_text(program) if python else program.as_json()).removesuffix("\n")])
+    text = python_text(program) if python else program.as_json()
+    if output:
+        options.write_file(output, text.encode(), image)
+    else:
+        print_lines([text.removesuffix("\n")])
 
 
 @app.command("inspect")
@@ -153,7 +160,7 @@ def _inspect(image: options.ExistingFile, profile: str = "classroom", as_json: o
 
 
 @app.command("formats")
-def _formats(as_json: options.JsonInPipes = False) -> None:
+def _formats(as_json: options.Json = False) -> None:
     from motorcade.cli.console import fingerprint_text, format_table
     from motorcade.words.formats import FORMATS
 

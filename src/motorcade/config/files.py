@@ -1,5 +1,6 @@
 """Read the text of files that people write, replace files whole, and say why that was not possible."""
 
+import codecs
 import errno
 import json
 import os
@@ -8,7 +9,7 @@ import sys
 import tomllib
 from bisect import bisect_left
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
 from typing import Any, Literal
@@ -18,7 +19,10 @@ from motorcade.errors import MotorcadeError, Phrase
 Kind = Literal["TOML", "JSON"]
 # Deeper than anyone nests tables, lists or blocks by hand, and short of what Python's stack takes.
 DEEPEST = 100
+# No document, project or image has more.
+MOST_BYTES = 1 << 24
 _LONGEST_KEY = 40
+_UTF_16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 # What a bracket or a line's end of TOML may stand in, and brackets and lines' ends; strings and comments come whole.
 _TOML_TOKENS = re.compile(
     r"""\"{3}(?:[^\\]|\\.)*?\"{3,5}|'{3}.*?'{3,5}|"(?:[^"\\\n]|\\.)*"|'[^'\n]*'|\#[^\n]*|[\[\]{}\n]""", re.DOTALL
@@ -57,11 +61,28 @@ def raised_as(
         raise MotorcadeError(code, **details, reason=problem) from None
 
 
+def decoded(data: bytes) -> str:
+    """Return the text in a file's bytes: UTF-8, or UTF-16 with its mark, as PowerShell writes. Raises UnicodeError."""
+    return data.decode("utf-16" if data[:2] in _UTF_16_MARKS else "utf-8-sig")
+
+
+def read_bytes(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
+    """Return the bytes of a file that somebody may have made; of an endless one it reads no more.
+
+    Raises OSError, MotorcadeError where it has more than ``most_bytes``, and ValueError where no file has that name.
+    """
+    with path.open("rb") as file:
+        data = file.read(most_bytes + 1)
+    if len(data) > most_bytes:
+        raise MotorcadeError("file-too-large", file=path, mebibytes=most_bytes >> 20)
+    return data
+
+
 def read_text(path: Path, file: str | Phrase) -> str:
-    """Return the UTF-8 text at ``path``; ``file`` is what errors call it. Raises MotorcadeError unreadable-file."""
+    """Return the text at ``path``; ``file`` is what errors call it. Raises MotorcadeError unreadable-file."""
     try:
-        return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
+        return decoded(read_bytes(path)).replace("\r\n", "\n").replace("\r", "\n")
+    except UnicodeError:
         reason: object = Phrase("not-text")
     except OSError as problem:
         reason = problem
@@ -73,11 +94,11 @@ def read_text(path: Path, file: str | Phrase) -> str:
 def parse(data: bytes | str, kind: Kind, file: str | Phrase, deepest: int | None = DEEPEST) -> Any:
     """Return the document in a file's bytes or text; ``file`` is what errors call it.
 
-    Raises MotorcadeError: file-syntax, with the reason, where it is not TOML or JSON, not UTF-8 or nested deeper than
+    Raises MotorcadeError: file-syntax, with the reason, where it is not TOML or JSON, no text or nested deeper than
     ``deepest`` (None: than Python's reader goes); duplicate-key where JSON has a key twice in one pair of braces.
     """
     try:
-        text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
+        text = decoded(data) if isinstance(data, bytes) else data
         # Raises where it has half a surrogate pair, which no sentence about it could hold.
         text.encode()
         document = _from_toml(text) if kind == "TOML" else _from_json(text, file)
@@ -253,11 +274,12 @@ def _keep_names(folder: Path) -> None:
 
 @contextmanager
 def locked(path: Path, refusal: MotorcadeError) -> Iterator[None]:
-    """Lock a file for this process while the block runs; the system unlocks it however the process ends.
+    """Lock a file, and its folder, for this process while the block runs; the system unlocks them however it ends.
 
+    Who deletes the file unlocks nothing: a POSIX system lets them, and the folder stays locked.
     Raises ``refusal`` where another process has locked it, or OSError where it can't be made.
     """
-    with path.open("a+b") as file:
+    with path.open("a+b") as file, _locked_folder(path.parent, refusal):
         try:
             if sys.platform == "win32":
                 import msvcrt
@@ -270,3 +292,24 @@ def locked(path: Path, refusal: MotorcadeError) -> Iterator[None]:
         except OSError:
             raise refusal from None
         yield
+
+
+@contextmanager
+def _locked_folder(folder: Path, refusal: MotorcadeError) -> Iterator[None]:
+    if sys.platform == "win32":
+        # There nobody can delete a file that is open.
+        yield
+        return
+    import fcntl
+
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        # Folders of some networks can't be locked.
+        with suppress(OSError):
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise refusal from None
+        yield
+    finally:
+        os.close(handle)

@@ -54,6 +54,18 @@ PARTS = (*(part for device in DEVICES for part in device.parts), *_SWITCHED)
 INPUTS = tuple(part for part in PARTS if part.read_by)
 
 
+class Caution(NamedTuple):
+    """What a pin does at power-on, or what is there on the board.
+
+    Attributes:
+        reason: the end of a sentence that begins with the pin.
+        concerns: which wires it matters for: "all", "read", or those that "act" while no program runs.
+    """
+
+    reason: Phrase
+    concerns: str = "all"
+
+
 class Chip(NamedTuple):
     """A computer that a car may have.
 
@@ -64,6 +76,7 @@ class Chip(NamedTuple):
         input_only: pins that can be read but not driven.
         taken: pins that the computer needs for itself, each with the reason.
         only: for wires that not every pin can serve, such as ``infrared.sender``, the pins that can.
+        cautions: pins that a car may use, but that do something at power-on or carry a load.
         names: what is printed at a pin, where that isn't GPIO and its number.
         has_5_v_pins: whether its pins give and take 5 V; otherwise 3.3 V.
     """
@@ -74,6 +87,7 @@ class Chip(NamedTuple):
     input_only: frozenset[int] = frozenset()
     taken: Mapping[int, Phrase] = MappingProxyType({})
     only: Mapping[str, tuple[int, ...]] = MappingProxyType({})
+    cautions: Mapping[int, tuple[Caution, ...]] = MappingProxyType({})
     names: Mapping[int, str] = MappingProxyType({})
     has_5_v_pins: bool = False
 
@@ -108,6 +122,24 @@ _MEGA_NAMES = {pin: f"D{pin}" if pin < 54 else f"A{pin - 54}" for pin in _MEGA_P
 _MEMORY = Phrase("pin-of-memory")
 _FLASH = Phrase("pin-of-flash")
 _USB = Phrase("pin-of-usb")
+# Sources: data sheets of ESP32 (strapping pins), BCM2835 (pulls at reset) and Raspberry Pi (pull-ups of its I2C bus),
+# the schematics of Arduino boards.
+_ESP32_CAUTIONS = {
+    0: (Caution(Phrase("pin-boots-low")),),
+    2: (Caution(Phrase("pin-boots-high")),),
+    5: (Caution(Phrase("pin-pulses")),),
+    12: (Caution(Phrase("pin-sets-flash-voltage")),),
+    14: (Caution(Phrase("pin-pulses"), "act"),),
+    15: (Caution(Phrase("pin-pulses")),),
+}
+_PULLED_UP = Caution(Phrase("pin-pulled-up"), "act")
+_PI_CAUTIONS = {
+    **dict.fromkeys(range(4, 9), (_PULLED_UP,)),
+    **dict.fromkeys((2, 3), (Caution(Phrase("pin-held-up")),)),
+}
+_ARDUINO_CAUTIONS = {13: (Caution(Phrase("pin-with-led"), "read"), Caution(Phrase("pin-blinks"), "act"))}
+# Outputs that do no harm at power-on: a ping more, a blink.
+_HARMLESS = ("ultrasonic", "leds")
 
 
 def _only(
@@ -125,7 +157,13 @@ def _only(
 
 
 CHIPS = (
-    Chip("raspberry-pi", "Raspberry Pi", dict(_RASPBERRY_PI_ORDER), taken={0: _MEMORY, 1: _MEMORY}),
+    Chip(
+        "raspberry-pi",
+        "Raspberry Pi",
+        dict(_RASPBERRY_PI_ORDER),
+        taken={0: _MEMORY, 1: _MEMORY},
+        cautions=_PI_CAUTIONS,
+    ),
     Chip(
         "rp2040",
         "Raspberry Pi Pico (RP2040)",
@@ -143,6 +181,7 @@ CHIPS = (
         dict.fromkeys(_ESP32_USABLE, 0),
         frozenset(range(34, 40)),
         {**dict.fromkeys(range(6, 12), _FLASH), 1: _USB, 3: _USB},
+        cautions=_ESP32_CAUTIONS,
     ),
     # Infrared leaves at timer 2's output, and timers 1 and 2 drive no motors then. Receivers need an interrupt each.
     Chip(
@@ -151,6 +190,7 @@ CHIPS = (
         dict.fromkeys(_UNO_PINS, 0),
         taken={0: _USB, 1: _USB},
         only=_only(pwm=(5, 6), interrupts=(2, 3), sender=11, voice=tuple(range(14, 20))),
+        cautions=_ARDUINO_CAUTIONS,
         names=_UNO_NAMES,
         has_5_v_pins=True,
     ),
@@ -160,6 +200,7 @@ CHIPS = (
         dict.fromkeys(_MEGA_PINS, 0),
         taken={0: _USB, 1: _USB},
         only=_only(pwm=_MEGA_PWM, interrupts=(2, 3, 18, 19, 20, 21), sender=10, voice=(19,)),
+        cautions=_ARDUINO_CAUTIONS,
         names=_MEGA_NAMES,
         has_5_v_pins=True,
     ),
@@ -213,6 +254,30 @@ class PinMap:
     def pin(self, device: str, role: str) -> int | None:
         """The pin of a device's wire, None where it has none."""
         return next((wire.pin for wire in self.wires if (wire.device.key, wire.role.key) == (device, role)), None)
+
+    @property
+    def warnings(self) -> tuple[Phrase, ...]:
+        """A sentence for each wire at a pin that does something at power-on, or carries a load, that matters to it."""
+        return tuple(
+            Phrase(
+                "pin-warning",
+                wire=f"{wire.device.key}.{wire.role.key}",
+                pin=self.chip.label(wire.pin),
+                reason=caution.reason,
+            )
+            for wire in self.wires
+            for caution in self.chip.cautions.get(wire.pin, ())
+            if self._concerns(caution, wire)
+        )
+
+    def _concerns(self, caution: Caution, wire: Wire) -> bool:
+        if caution.concerns == "all":
+            return True
+        if caution.concerns == "read":
+            return not wire.role.drives
+        # The direction pins of a motor with an enable turn nothing by themselves.
+        is_direction = wire.role.key in ("forward", "backward") and self.pin(wire.device.key, "enable") is not None
+        return wire.role.drives and not is_direction and wire.device.key not in _HARMLESS
 
 
 @cache

@@ -6,10 +6,11 @@ import stat
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, nullcontext, suppress
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from io import FileIO
 from pathlib import Path
 from queue import Empty, Full, Queue
+from time import monotonic
 from typing import Any
 
 from motorcade.errors import MotorcadeError
@@ -34,6 +35,7 @@ class ActivityLog:
         file: is continued where it exists.
         report: called in that thread, once, when records can't be written any more.
         clock: gives the time of a record.
+        monotonic_s: a clock in seconds that nobody sets, for times between records.
 
     Raises:
         MotorcadeError: the file can't be opened for writing.
@@ -44,10 +46,12 @@ class ActivityLog:
         file: Path,
         report: Callable[[MotorcadeError], None],
         clock: Callable[[], datetime] = lambda: datetime.now(UTC),
+        monotonic_s: Callable[[], float] = monotonic,
     ) -> None:
         self._path = file
         self._report = report
         self._clock = clock
+        self._monotonic_s = monotonic_s
         self._repeats = _Repeats()
         self._lock = threading.Lock()
         self._waiting: Queue[dict[str, Any] | None] = Queue(_MOST_WAITING)
@@ -62,24 +66,23 @@ class ActivityLog:
 
     def record(self, did: str, who: str, car: str = "") -> None:
         """Append a record: ``who`` did something with ``car``; an empty name is left out."""
-        now = self._clock()
         record = ({"car": car} if car else {}) | {"did": did, "who": who[:_LONGEST_NAME]}
         with self._lock:
-            self._put(self._repeats.take(record, now), now)
+            self._put(self._repeats.take(record, self._monotonic_s()))
 
     def close(self) -> None:
         """Write what waits, for at most a second."""
-        now = self._clock()
         with self._lock:
-            self._put(self._repeats.counts(now, everything=True), now)
+            self._put(self._repeats.counts(self._monotonic_s(), everything=True))
         self._is_over = True
         with suppress(Full):
             self._waiting.put_nowait(None)
         # A disk that hangs would let this wait for ever.
         self._thread.join(_LAST_RECORDS_S)
 
-    def _put(self, records: list[dict[str, Any]], now: datetime) -> None:
+    def _put(self, records: list[dict[str, Any]]) -> None:
         """Let records wait for the thread; those for which there is no place are counted."""
+        now = self._clock()
         for record in records:
             try:
                 self._waiting.put_nowait({"at": now.isoformat(timespec="milliseconds")} | record)
@@ -92,9 +95,8 @@ class ActivityLog:
             try:
                 record = self._waiting.get(timeout=TOGETHER_S)
             except Empty:
-                now = self._clock()
                 with self._lock:
-                    self._put(self._repeats.counts(now), now)
+                    self._put(self._repeats.counts(self._monotonic_s()))
                 continue
             if record is None:
                 break
@@ -139,25 +141,24 @@ class _Repeats:
 
     def __init__(self) -> None:
         # When the first record of a kind came, and what stands for those behind it, or nothing.
-        self._kinds: dict[tuple[str, ...], tuple[datetime, dict[str, Any]]] = {}
+        self._kinds: dict[tuple[str, ...], tuple[float, dict[str, Any]]] = {}
 
-    def take(self, record: dict[str, Any], now: datetime) -> list[dict[str, Any]]:
+    def take(self, record: dict[str, Any], now_s: float) -> list[dict[str, Any]]:
         """What is to be written now that ``record`` came."""
-        due = self.counts(now)
+        due = self.counts(now_s)
         # A user of a page may have any name before the address.
         client = record["who"].rpartition(" · ")[2].rpartition(":")[0]
         kind = (record.get("car", ""), record["did"], client)
         if kind not in self._kinds:
-            self._kinds[kind] = now, {}
+            self._kinds[kind] = now_s, {}
             return [*due, record]
-        since, counted = self._kinds[kind]
-        self._kinds[kind] = since, record | {"more": counted.get("more", 0) + 1, "in_s": TOGETHER_S}
+        since_s, counted = self._kinds[kind]
+        self._kinds[kind] = since_s, record | {"more": counted.get("more", 0) + 1, "in_s": TOGETHER_S}
         return due
 
-    def counts(self, now: datetime, everything: bool = False) -> list[dict[str, Any]]:
+    def counts(self, now_s: float, everything: bool = False) -> list[dict[str, Any]]:
         """The counts whose time is over, or ``everything``."""
-        together = timedelta(seconds=TOGETHER_S)
-        over = [kind for kind, (since, _) in self._kinds.items() if everything or now - since >= together]
+        over = [kind for kind, (since_s, _) in self._kinds.items() if everything or now_s - since_s >= TOGETHER_S]
         return [counted for kind in over if (counted := self._kinds.pop(kind)[1])]
 
 

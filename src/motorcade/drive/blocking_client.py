@@ -2,7 +2,8 @@
 
 import asyncio
 import threading
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any, Self, TypeVar
 
 from motorcade.drive.client import DriveClient
@@ -22,6 +23,7 @@ class BlockingDriveClient:
     def __init__(self, host: str, *arguments: Any, **options: Any) -> None:
         self._client = DriveClient(host, *arguments, **options)
         self._loop = asyncio.new_event_loop()
+        self._ended = asyncio.Event()
         self._thread = threading.Thread(target=self._run, name="drive client", daemon=True)
 
     def __enter__(self) -> Self:
@@ -82,9 +84,10 @@ class BlockingDriveClient:
         self._wait(self._client.resume_program())
 
     def _run(self) -> None:
-        asyncio.set_event_loop(self._loop)
-        self._loop.run_forever()
-        self._loop.close()
+        # A runner ends what is still under way, such as a connection that nobody answers.
+        with asyncio.Runner(loop_factory=lambda: self._loop) as runner:
+            self._loop.set_default_executor(_DaemonThreads())
+            runner.run(self._ended.wait())
 
     def _wait(self, work: Coroutine[Any, Any, _Result]) -> _Result:
         waiting = asyncio.run_coroutine_threadsafe(work, self._loop)
@@ -96,5 +99,21 @@ class BlockingDriveClient:
             raise
 
     def _end(self) -> None:
-        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._loop.call_soon_threadsafe(self._ended.set)
         self._thread.join()
+
+
+class _DaemonThreads(ThreadPoolExecutor):
+    """Run each call in a thread of its own, for which nobody waits: to look a name up may take half a minute."""
+
+    def submit(self, call: Callable[..., _Result], /, *arguments: Any, **options: Any) -> "Future[_Result]":
+        future: Future[_Result] = Future()
+
+        def run() -> None:
+            try:
+                future.set_result(call(*arguments, **options))
+            except BaseException as problem:  # noqa: BLE001 - whoever waits for the future gets it
+                future.set_exception(problem)
+
+        threading.Thread(target=run, daemon=True).start()
+        return future

@@ -18,7 +18,18 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-from motorcade.drive.keys import CAR, DRIVER, REVOKED, number_of, read_revoked, title, write_revoked
+from motorcade.config.files import replace_file
+from motorcade.drive.keys import (
+    CAR,
+    DRIVER,
+    REVOKED,
+    number_of,
+    read_revoked,
+    title,
+    with_end,
+    without_end,
+    write_revoked,
+)
 from motorcade.errors import MotorcadeError, Phrase
 
 AUTHORITY, AUTHORITY_PUBLIC = "authority.pem", "authority.crt"
@@ -29,11 +40,8 @@ BACKDATED = timedelta(days=365)
 _AUTHORITY_DAYS = timedelta(days=3650)
 # With the backdating it stays below 825 days, above which browsers refuse a certificate.
 _KEYS_DAYS = timedelta(days=400)
-_NAMES = {
-    # A car's name is one of its addresses too; a driver's is shown to others and is part of a file's name.
-    CAR: re.compile(r"[A-Za-z0-9]([A-Za-z0-9-]{0,38}[A-Za-z0-9])?"),
-    DRIVER: re.compile(r"\w([\w-]{0,38}\w)?"),
-}
+# It is shown to others and is part of a file's name.
+_NAME = re.compile(r"\w([\w-]{0,38}\w)?")
 _HOST = re.compile(r"[A-Za-z0-9]([A-Za-z0-9.-]{0,250}[A-Za-z0-9])?")
 _USES = (
     *("digital_signature", "content_commitment", "key_encipherment", "data_encipherment", "key_agreement"),
@@ -83,12 +91,13 @@ def make_keys(folder: Path, cars: Sequence[CarKeys], drivers: Sequence[str], now
     names = [(CAR, car.name) for car in cars] + [(DRIVER, driver) for driver in drivers]
     for role, name in names:
         who = Phrase(f"role-{role}")
-        if not _NAMES[role].fullmatch(name):
-            raise MotorcadeError("not-a-keys-name", name=name, role=who, allowed=Phrase(f"{role}-name-letters"))
+        if not _NAME.fullmatch(name) or (role == CAR and not _as_address(name)):
+            raise MotorcadeError("not-a-keys-name", name=name, role=who, allowed=Phrase("keys-name-letters"))
         if names.count((role, name)) > 1:
             raise MotorcadeError("keys-named-twice", role=who, name=name)
         if (file := folder / f"{role}-{name}.pem").exists():
             raise MotorcadeError("keys-exist", file=file, name=name)
+    before = _issued(folder)
     purposes = [_car_purpose(car) for car in cars]
     purposes += [[x509.ExtendedKeyUsage([ExtendedKeyUsageOID.CLIENT_AUTH])]] * len(drivers)
     made: list[Path] = []
@@ -103,8 +112,7 @@ def make_keys(folder: Path, cars: Sequence[CarKeys], drivers: Sequence[str], now
             own = _certified(name, now, _KEYS_DAYS, purpose, authority)
             _write_secret(made[-1], title(role, name), own, authority)
             issued.append(own.certificate)
-        with (folder / ISSUED).open("ab") as opened:
-            opened.write(b"".join(each.public_bytes(_PEM) for each in issued))
+        replace_file(folder / ISSUED, with_end("".join(map(_pem, [*before, *issued]))).encode())
     except OSError:
         # Half a file would be in the way of the next try.
         for file in made:
@@ -118,7 +126,7 @@ def list_keys(folder: Path) -> list[IssuedKeys]:
     _read_authority(folder / AUTHORITY)
     revoked = read_revoked(folder / REVOKED) if (folder / REVOKED).exists() else frozenset()
     keys = []
-    for each in _certificates(folder / ISSUED):
+    for each in _issued(folder):
         purposes = each.extensions.get_extension_for_class(x509.ExtendedKeyUsage).value
         role = DRIVER if ExtendedKeyUsageOID.CLIENT_AUTH in purposes else CAR
         (name,) = each.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
@@ -155,20 +163,36 @@ def revoke_drivers(folder: Path, drivers: Sequence[str]) -> Path:
     return folder / REVOKED
 
 
-def _certificates(file: Path) -> list[x509.Certificate]:
+def _issued(folder: Path) -> list[x509.Certificate]:
+    """The certificates of all keys that were made. Raises MotorcadeError: a list that was cut would revoke too few."""
+    file = folder / ISSUED
     try:
         with file.open("rb") as opened:
-            return x509.load_pem_x509_certificates(opened.read(_MOST_BYTES))
+            text = without_end(opened.read(_MOST_BYTES).decode())
+        return x509.load_pem_x509_certificates(text.encode()) if text else []
     except FileNotFoundError:
         return []
     except (OSError, ValueError):
-        raise MotorcadeError("not-a-keys-file", file=file, reason="PEM") from None
+        raise MotorcadeError("not-a-keys-file", file=file, reason=Phrase("issued-not-whole")) from None
+
+
+def _pem(certificate: x509.Certificate) -> str:
+    return certificate.public_bytes(_PEM).decode()
 
 
 def _car_purpose(car: CarKeys) -> list[x509.ExtensionType]:
-    hosts = (car.name, f"{car.name}.local", *_OWN, *car.hosts)
+    name = _as_address(car.name)
+    hosts = (name, f"{name}.local", *_OWN, *car.hosts)
     named = x509.SubjectAlternativeName([_general_name(host) for host in dict.fromkeys(hosts)])
     return [x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH]), named]
+
+
+def _as_address(name: str) -> str:
+    """Return a car's name as networks write it (RFC 5890), since it is an address too; empty where it can't be one."""
+    try:
+        return name.encode("idna").decode()
+    except UnicodeError:
+        return ""
 
 
 def _general_name(host: str) -> x509.GeneralName:
@@ -193,6 +217,8 @@ def _read_authority(file: Path) -> _Authority:
         data = file.read_bytes()
         key = serialization.load_pem_private_key(data, password=None)
         certificate = x509.load_pem_x509_certificate(data)
+    except FileNotFoundError:
+        raise MotorcadeError("no-authority", folder=file.parent) from None
     except (ValueError, TypeError):
         raise MotorcadeError("authority-unreadable", file=file) from None
     if not isinstance(key, ec.EllipticCurvePrivateKey):

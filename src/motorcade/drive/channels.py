@@ -1,13 +1,22 @@
-"""The car's end of its connections: one that brings commands, and one for telemetry and requests."""
+"""The car's end of its connections: one that brings commands, and one for telemetry and requests.
+
+A car without keys takes bytes from everybody, and a command is any four of them that fit. So a connection is believed
+once its first two words are commands, or once the first is followed by 50 ms without a byte; until then nothing moves.
+What is no command ends the connection, at its beginning and later: what stands beside it is not a driver's either.
+`motorcade.drive.strangers` says on the car's console who it was.
+"""
 
 import asyncio
 from collections.abc import Callable
 from typing import Any
 
 from motorcade.drive.keys import RevokedKeys, peer_name, peer_number
+from motorcade.drive.motors import check_commands
 from motorcade.drive.session import CarControl, ControlSession
+from motorcade.drive.strangers import Refusals, may_begin, who_speaks
 from motorcade.drive.wire import (
     MOST_REQUEST_BYTES,
+    OUTCOMES,
     WORDS,
     DriveError,
     DriveRequest,
@@ -16,6 +25,7 @@ from motorcade.drive.wire import (
     read_request,
     take_frames,
 )
+from motorcade.errors import Phrase
 from motorcade.locales import languages
 from motorcade.timing import RateLimit
 from motorcade.words.field import WordError
@@ -24,7 +34,13 @@ PERIOD_S = 0.1
 # More than the system keeps of a connection (`motorcade.drive.listener`; Linux: at most 16 KiB), so that no newer
 # command lies behind a full buffer.
 _BUFFER_BYTES = 1 << 15
-MOST_WRONG = 16
+# A first command that nothing follows is believed after so long.
+BELIEVED_S = 0.05
+_BELIEVED_WORDS = 2
+# A client is told on the car's console what becomes of its commands, by the outcome; after how many of them. Stamped
+# ones are old until the client has answered the car's clock, which takes a second at most.
+_TOLD_AT = {"watching": 1, "needs-neutral": 1, "stopped": 1, "discharged": 1, "over-rate": 1, "no-hardware": 1}
+_TOLD_AT["stale"] = 50
 _MOST_REQUESTS_PER_S = 20
 # A client has so many periods to name the connection that its telemetry channel belongs to.
 _PERIODS_TO_JOIN = 10
@@ -46,6 +62,8 @@ class Clients:
         commands: the connections for commands, the oldest first.
         channels: those for telemetry.
         has_channels: set while there is one for telemetry, or there was.
+        refusals: says on the console which clients are refused.
+        later: calls something after so many seconds; what it returns can be cancelled.
     """
 
     def __init__(self, control: CarControl, byte_order: str = "big", revoked: RevokedKeys | None = None) -> None:
@@ -55,6 +73,12 @@ class Clients:
         self.commands: list[CommandChannel] = []
         self.channels: list[TelemetryChannel] = []
         self.has_channels = asyncio.Event()
+        self.refusals = Refusals(control.clock)
+        self.later: Callable[[float, Callable[[], None]], asyncio.TimerHandle] = _call_later
+
+
+def _call_later(seconds: float, call: Callable[[], None]) -> asyncio.TimerHandle:
+    return asyncio.get_running_loop().call_later(seconds, call)
 
 
 class Channel(asyncio.BaseProtocol):
@@ -131,9 +155,15 @@ class Channel(asyncio.BaseProtocol):
         if self.line:
             self.line.abort()
 
-    def _hang_up(self) -> None:
+    def _hang_up(self, why: Phrase | None = None) -> None:
+        """End the connection, and say ``why`` on the console."""
         self.control.turned_away += 1
+        if why:
+            self._tell(why)
         self.drop()
+
+    def _tell(self, why: Phrase) -> None:
+        self.clients.refusals.tell(self.client, self.own.name, why)
 
 
 class CommandChannel(Channel, asyncio.BufferedProtocol):
@@ -142,34 +172,88 @@ class CommandChannel(Channel, asyncio.BufferedProtocol):
     def __init__(self, clients: Clients, closed: Callable[[], None]) -> None:
         super().__init__(clients, closed)
         self._word = WORDS[clients.byte_order]
+        # What is not obeyed yet: part of a command, or all while the client isn't believed.
         self._rest = b""
         self._buffer = memoryview(bytearray(_BUFFER_BYTES))
-        self._wrong = 0
         self._received = 0
+        self._is_believed = False
+        self._believing: asyncio.TimerHandle | None = None
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """End the session."""
+        self._wait_no_longer()
+        if not self._is_believed and len(self._rest) >= self._word.size:
+            self._tell(Phrase("stranger-leaves"))
+        super().connection_lost(exc)
 
     def get_buffer(self, sizehint: int) -> memoryview:
         """Where the next bytes go."""
         return self._buffer
 
     def buffer_updated(self, nbytes: int) -> None:
-        """Obey the newest command of each code among those that have come."""
-        data = self._rest + self._buffer[:nbytes]
-        whole = len(data) // self._word.size * self._word.size
-        self._rest = data[whole:]
-        words = [word for (word,) in self._word.iter_unpack(data[:whole])]
+        """Obey what has come, unless the client isn't believed yet."""
+        self._wait_no_longer()
+        had_command = len(self._rest) >= self._word.size
+        self._rest += self._buffer[:nbytes]
+        whole = len(self._rest) // self._word.size
+        words = [word for (word,) in self._word.iter_unpack(self._rest[: whole * self._word.size])]
+        if not self._are_commands(words):
+            return
+        if self._is_believed or whole >= _BELIEVED_WORDS:
+            if had_command:
+                # It came before the others, so they don't supersede it: it may have armed the car.
+                self._obey(words[:1])
+                words = words[1:]
+            self._obey(words)
+        elif len(self._rest) == self._word.size:
+            self._believing = self.clients.later(BELIEVED_S, lambda: self._believe(words))
+
+    def _believe(self, words: list[int]) -> None:
+        try:
+            self._obey(words)
+        except Exception:
+            # As the loop does where bytes that have come end in an error.
+            self.drop()
+            raise
+
+    def _wait_no_longer(self) -> None:
+        if self._believing:
+            self._believing.cancel()
+            self._believing = None
+
+    def _are_commands(self, words: list[int]) -> bool:
+        """Whether a driver sends this. Hang up and return False where somebody else does."""
+        problem = None
+        try:
+            check_commands(words)
+            if self._is_believed or not words or may_begin(words[:_BELIEVED_WORDS]):
+                return True
+        except WordError as found:
+            problem = found
+            self.own.refuse(problem)
+        if self._is_believed and problem:
+            why = Phrase("client-sends-other", reason=problem)
+        else:
+            why = who_speaks(self._rest, self.clients.byte_order, problem)
+        self._rest = b""
+        self._hang_up(why)
+        return False
+
+    def _obey(self, words: list[int]) -> None:
+        """Obey the newest command of each code."""
+        self._is_believed = True
+        self._rest = self._rest[len(words) * self._word.size :]
         before, self._received = self._received, self._received + len(words)
         newest = newest_of_each_code(words)
         self.own.counts["superseded"] += len(words) - len(newest)
         for index in newest:
             try:
-                self.own.command(words[index], before + index + 1)
-                self._wrong = 0
-            except WordError:
-                self._wrong += 1
-                if self._wrong >= MOST_WRONG:
-                    self._hang_up()
-            except DriveError:
-                self._hang_up()
+                outcome = OUTCOMES[self.own.command(words[index], before + index + 1)]
+            except DriveError as problem:
+                self._hang_up(Phrase("client-without-place", reason=problem))
+                return
+            if self.own.counts[outcome] == _TOLD_AT.get(outcome):
+                self._tell(Phrase(f"client-{outcome}"))
 
 
 class TelemetryChannel(Channel, asyncio.Protocol):
@@ -184,6 +268,8 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         self._received = bytearray()
         self._rate = RateLimit(_MOST_REQUESTS_PER_S, 1000)
         self._is_slow = self._is_joining = False
+        # Requests that wait until the connection is found; the rate bounds their number.
+        self._held: list[DriveRequest] = []
         self._periods = 0
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -193,6 +279,8 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         transport.set_write_buffer_limits(1)
         self.clients.has_channels.set()
         super().connection_made(transport)
+        # A client sends nothing before it knows by this that the car takes no keys.
+        self._send_telemetry(self.control.telemetry()._asdict())
 
     def pause_writing(self) -> None:
         """Send no telemetry: the client reads slowly."""
@@ -207,10 +295,11 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         self._received += data
         try:
             for text in take_frames(self._received, MOST_REQUEST_BYTES):
-                self._answer(text)
+                self._take(text)
                 if self.line is None:
                     return
         except DriveError as problem:
+            self._tell(who_speaks(bytes(self._received), self.clients.byte_order, problem))
             self._close(problem)
 
     def end_period(self, telemetry: dict[str, Any]) -> None:
@@ -221,6 +310,9 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         except DriveError as problem:
             self._close(problem)
             return
+        self._send_telemetry(telemetry)
+
+    def _send_telemetry(self, telemetry: dict[str, Any]) -> None:
         if not self._is_slow:
             self._send({"kind": "telemetry"} | telemetry | {"you": self._you()})
 
@@ -231,8 +323,7 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         if self._found(by_port=False):
             return
         if self._is_joining:
-            self._is_joining = False
-            self._refuse("join", DriveError("no-such-connection", port=self._port_named))
+            self._end_join(_refusal(DriveError("no-such-connection", port=self._port_named)))
         self._take_place()
 
     def _has_partner(self) -> bool:
@@ -261,9 +352,16 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         self.commands = found[0]
         self.control.end(self.own)
         if self._is_joining:
-            self._is_joining = False
-            self._send({"kind": "answer", "do": "join", "ok": True})
+            self._end_join({"ok": True})
         return True
+
+    def _end_join(self, answer: dict[str, Any]) -> None:
+        """Answer that the connection was found, or not in time, and then the requests that have waited for it."""
+        self._is_joining = False
+        self._send({"kind": "answer", "do": "join"} | answer)
+        held, self._held = self._held, []
+        for request in held:
+            self._answer(request)
 
     def _take_place(self) -> None:
         """Take a place for the session by which the client asks, unless it has one. Raises DriveError."""
@@ -278,27 +376,36 @@ class TelemetryChannel(Channel, asyncio.Protocol):
             return self.session.you() | {"clock": self.session.clock_to_answer()}
         return self.own.you() if self.own.has_place else None
 
-    def _answer(self, text: bytes) -> None:
-        what: str | None = None
+    def _take(self, text: bytes) -> None:
+        """Answer a request, or let it wait for the client's connection for commands."""
         is_in_rate = self._rate.allows(self.control.clock())
         try:
             request = read_request(text)
-            what = request.do
-            result = self._do(request, is_in_rate)
         except DriveError as problem:
-            self._refuse(what, problem)
+            self._refuse(None, problem)
+            return
+        # A stop needs no place and is never over the rate, so that nobody can keep the others from stopping the car.
+        if request.do != "stop" and not is_in_rate:
+            self._refuse(request.do, DriveError("too-many-requests", most=_MOST_REQUESTS_PER_S))
+        elif self._is_joining and request.do not in ("join", "stop"):
+            self._held.append(request)
+        else:
+            self._answer(request)
+
+    def _answer(self, request: DriveRequest) -> None:
+        try:
+            result = self._do(request)
+        except DriveError as problem:
+            self._refuse(request.do, problem)
             return
         if result is not None:
-            self._send({"kind": "answer", "do": what, "ok": True} | result)
+            self._send({"kind": "answer", "do": request.do, "ok": True} | result)
 
-    def _do(self, request: DriveRequest, is_in_rate: bool) -> dict[str, Any] | None:
+    def _do(self, request: DriveRequest) -> dict[str, Any] | None:
         """Do a request. Returns what the answer has beside "ok"; None where it comes later. Raises DriveError."""
         if request.do == "stop":
-            # It needs no place and is never over the rate, so that nobody can keep the others from stopping the car.
             self.session.stop()
             return {}
-        if not is_in_rate:
-            raise DriveError("too-many-requests", most=_MOST_REQUESTS_PER_S)
         if request.do == "join":
             self._port_named = request.port
             self._periods, self._is_joining = 0, True
@@ -315,8 +422,7 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         return {}
 
     def _refuse(self, what: str | None, problem: DriveError) -> None:
-        sentences = {language: problem.sentence(language) for language in languages()}
-        self._send({"kind": "answer", "do": what, "ok": False, "code": problem.code} | sentences)
+        self._send({"kind": "answer", "do": what} | _refusal(problem))
 
     def _send(self, frame: dict[str, Any]) -> None:
         if self.line is None or self.line.is_closing():
@@ -331,3 +437,8 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         self.control.turned_away += 1
         if self.line:
             self.line.close()
+
+
+def _refusal(problem: DriveError) -> dict[str, Any]:
+    sentences = {language: problem.sentence(language) for language in languages()}
+    return {"ok": False, "code": problem.code} | sentences

@@ -13,9 +13,9 @@ from motorcade.drive.connection import Address, CarError, CarRefusesError, Conne
 from motorcade.drive.deadman import FRESH_MS, PERIOD_MS, DeadmanSwitch
 from motorcade.drive.keys import client_context
 from motorcade.drive.stamps import stamp_at
-from motorcade.drive.wire import DriveError, Telemetry, stick_word
-from motorcade.errors import Phrase
-from motorcade.sockets import DRIVE_PORT
+from motorcade.drive.wire import DriveError, Telemetry, read_telemetry, stick_word
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.sockets import DRIVE_PORT, port_behind
 from motorcade.timing import to_ticks
 from motorcade.words.formats import switch_words
 
@@ -59,7 +59,7 @@ class DriveClient:
             commands, by the names of `motorcade.drive.wire.COUNTS`.
 
     Raises:
-        MotorcadeError: ``keys`` can't be used.
+        MotorcadeError: ``keys`` can't be used, or there is no port for telemetry.
     """
 
     def __init__(
@@ -77,7 +77,9 @@ class DriveClient:
         if not _PERIOD_S <= fresh_s <= 1:
             raise ValueError(f"fresh_s is {fresh_s!r}; allowed: {_PERIOD_S} to 1")
         tls = client_context(Path(keys)) if isinstance(keys, Path | str) else keys
-        telemetry_at = port + 1 if telemetry_port is None else telemetry_port or None
+        telemetry_at = port_behind(port) if telemetry_port is None else telemetry_port or None
+        if tls and telemetry_at is None:
+            raise MotorcadeError("keys-need-telemetry")
         self._address = Address(host, port, telemetry_at, tls, (car or host) if tls else None)
         self._patience_s = PATIENCE_S if patience_s is None else patience_s
         self._switch = DeadmanSwitch(round(fresh_s * 1000), rearm)
@@ -224,9 +226,10 @@ class DriveClient:
     async def _stay_connected(self) -> None:
         pause_s = _FIRST_PAUSE_S
         while True:
+            self._has_telemetry = False
             try:
-                async with connected(self._address) as connection:
-                    self._connection, self._has_telemetry, self._has_answered = connection, False, False
+                async with connected(self._address, takes_keys=self._was_reached) as connection:
+                    self._connection, self._has_answered = connection, False
                     self._begun_s = self._received_s = _now_s()
                     self._switch.lose()
                     self._changed.set()
@@ -275,7 +278,7 @@ class DriveClient:
     async def _receive(self, connection: Connection) -> None:
         async for frame in connection.telemetry():
             self._received_s, self._has_telemetry = _now_s(), True
-            self.telemetry = Telemetry(*(frame.get(name) for name in Telemetry._fields))  # type: ignore[arg-type]
+            self.telemetry = read_telemetry(frame)
             self._note_self(frame.get("you") or {}, connection)
             if self.telemetry.state in ("failsafe", "disarmed"):
                 self._switch.receive_failsafe(_ticks())

@@ -3,11 +3,13 @@
 A keys file is one PEM file for each person or car, made by `motorcade drive keys` (`motorcade.drive.certificates`): its
 private key, its certificate, and the certificate of the authority that both ends trust. Only that authority counts, not
 those that the computer trusts: nobody drives with a web site's certificate. The drivers' keys that a car no longer
-takes are in a text file of serial numbers, which is read again whenever it changes.
+takes are in a text file of serial numbers, which is read again whenever it changes. Its last line has the number of
+lines and a checksum, so a list that was cut or emptied lets nobody in.
 """
 
 import re
 import ssl
+from binascii import crc32
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -19,6 +21,8 @@ CAR, DRIVER = "car", "driver"
 _CERTIFICATE = re.compile(r"-----BEGIN CERTIFICATE-----[A-Za-z0-9+/=\s]+-----END CERTIFICATE-----")
 REVOKED = "revoked.txt"
 _HEADING = "# Serial numbers of drivers' keys that are no longer valid, one a line.\n"
+# The last line of a list.
+_END = "# The end: {count} lines, checksum {checksum:08x}\n"
 # A certificate's serial number has at most 20 bytes (RFC 5280).
 _NUMBER = re.compile(r"[0-9a-fA-F]{1,40}")
 # What stands in each part of a keys file: key, certificate, authority's certificate.
@@ -26,21 +30,36 @@ _PART = re.compile(r"-----BEGIN [A-Z ]+-----\s([A-Za-z0-9+/=\s]+)-----END")
 _MOST_BYTES = 1 << 20
 
 
+class DriverContext(ssl.SSLContext):
+    """A driver's keys.
+
+    Attributes:
+        any_car: the same keys, for a car whose name only a stranger told: any car of the authority.
+    """
+
+    any_car: ssl.SSLContext
+
+
 def server_context(keys: Path) -> ssl.SSLContext:
     """TLS 1.3 for a car: drivers have to show a certificate of the same authority. Raises MotorcadeError."""
     return _trust(https_context(keys), keys)
 
 
-def client_context(keys: Path, takes_chips: bool = False) -> ssl.SSLContext:
+def client_context(keys: Path, takes_chips: bool = False) -> DriverContext:
     """TLS 1.3 for a driver: the car has to show a certificate of the same authority. Raises MotorcadeError.
 
     ``takes_chips`` allows TLS 1.2, too: a microcontroller has nothing newer.
     """
-    context = _context(ssl.PROTOCOL_TLS_CLIENT, keys, DRIVER)
-    if takes_chips:
-        context.minimum_version = ssl.TLSVersion.TLSv1_2
-        context.set_ciphers("ECDHE+AESGCM")
-    return _trust(context, keys)
+    context, any_car = contexts = [DriverContext(ssl.PROTOCOL_TLS_CLIENT) for _ in range(2)]
+    for each in contexts:
+        _load(each, keys, DRIVER)
+        if takes_chips:
+            each.minimum_version = ssl.TLSVersion.TLSv1_2
+            each.set_ciphers("ECDHE+AESGCM")
+        _trust(each, keys)
+    any_car.check_hostname = False
+    context.any_car = any_car
+    return context
 
 
 def chip_keys(keys: Path, revoked: Iterable[int]) -> dict[str, Any]:
@@ -58,7 +77,8 @@ def chip_keys(keys: Path, revoked: Iterable[int]) -> dict[str, Any]:
 
 def https_context(keys: Path) -> ssl.SSLContext:
     """TLS 1.3 for a car's pages, whose visitors show no certificate. Raises MotorcadeError."""
-    context = _context(ssl.PROTOCOL_TLS_SERVER, keys, CAR)
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    _load(context, keys, CAR)
     # A client that only sends commands never reads, so nothing is sent to it but the handshake.
     context.num_tickets = 0
     return context
@@ -99,19 +119,17 @@ def title(role: str, name: str) -> str:
     return f"Motorcade keys of {role} {name}"
 
 
-def _context(protocol: int, keys: Path, role: str) -> ssl.SSLContext:
+def _load(context: ssl.SSLContext, keys: Path, role: str) -> None:
     other = DRIVER if role == CAR else CAR
     if _text(keys).startswith(title(other, "")):
         found, needed = Phrase(f"role-{other}"), Phrase(f"role-{role}")
         raise MotorcadeError("keys-of-wrong-role", file=keys, found=found, role=needed, prefix=role)
-    context = ssl.SSLContext(protocol)
     context.minimum_version = ssl.TLSVersion.TLSv1_3
     try:
         context.load_cert_chain(keys, password=_no_password)
     except ssl.SSLError as problem:
         reason = problem.reason or Phrase("key-and-certificate-unreadable")
         raise MotorcadeError("not-a-keys-file", file=keys, reason=reason) from None
-    return context
 
 
 def _no_password() -> str:
@@ -146,24 +164,44 @@ def number_of(text: str) -> int | None:
     return int(text, 16) if _NUMBER.fullmatch(text) else None
 
 
+def with_end(text: str) -> str:
+    """Return the text of a list with its last line."""
+    return text + _END.format(count=text.count("\n"), checksum=crc32(text.encode()))
+
+
+def without_end(text: str) -> str:
+    """Return the text of a list without its last line. Raises ValueError: what the last line of this list has to be."""
+    lines = text.splitlines()
+    body = "".join(f"{line}\n" for line in lines if not line.startswith(_END[:9]))
+    whole = with_end(body)
+    if lines != whole.splitlines():
+        raise ValueError(whole.splitlines()[-1])
+    return body
+
+
 def read_revoked(file: Path) -> frozenset[int]:
     """The serial numbers in a list: hexadecimal, one a line; what stands behind a # is a remark.
 
-    Raises MotorcadeError where the file can't be read or has another line.
+    Raises MotorcadeError where the file can't be read, has another line, or isn't whole.
     """
     unreadable, numbers = "revoked-keys-unreadable", set()
-    for at, line in enumerate(_text(file, unreadable, unreadable).splitlines(), 1):
+    content = _text(file, unreadable, unreadable)
+    for at, line in enumerate(content.splitlines(), 1):
         if text := line.partition("#")[0].strip():
             if (number := number_of(text)) is None:
                 raise MotorcadeError(unreadable, file=file, reason=Phrase("revoked-line", line=at))
             numbers.add(number)
+    try:
+        without_end(content)
+    except ValueError as end:
+        raise MotorcadeError(unreadable, file=file, reason=Phrase("revoked-not-whole", line=end)) from None
     return frozenset(numbers)
 
 
 def write_revoked(file: Path, keys: Mapping[int, str]) -> None:
     """Write a list of these serial numbers, each with its remark. Raises OSError."""
     lines = [f"{number:x}  # {remark}\n" for number, remark in keys.items()]
-    replace_file(file, "".join([_HEADING, *lines]).encode())
+    replace_file(file, with_end("".join([_HEADING, *lines])).encode())
 
 
 class RevokedKeys:
@@ -174,13 +212,16 @@ class RevokedKeys:
         is_expected: whether it counts as a problem that there is no such file when the car starts.
 
     Attributes:
-        problem: why the list can't be read now; what it had before stays valid then.
+        problem: why the list can't be read now; what it had before stays valid then. Where it never could be read, all
+            keys are revoked, unless there is no list.
     """
 
     def __init__(self, file: Path, is_expected: bool = True) -> None:
         self.problem: MotorcadeError | None = None
         self._file = file
-        self._numbers: frozenset[int] = frozenset()
+        # None where there is a list, and none has been read.
+        self._numbers: frozenset[int] | None = frozenset()
+        self._was_read = False
         # When the file was changed, its size and its inode at the last look; None where there was none.
         self._stamp: tuple[int, int, int] | None = None
         if is_expected or file.exists():
@@ -188,7 +229,7 @@ class RevokedKeys:
 
     def __contains__(self, number: int | None) -> bool:
         """Whether the keys whose certificate has this serial number are revoked."""
-        return number in self._numbers
+        return number is not None and (self._numbers is None or number in self._numbers)
 
     def reload(self) -> bool:
         """Read the list again where its file has changed. Returns whether the list or `problem` is another one now.
@@ -202,13 +243,18 @@ class RevokedKeys:
         before, self._stamp = (self._numbers, str(self.problem)), self._now()
         try:
             self._numbers, self.problem = read_revoked(self._file), None
+            self._was_read = True
         except MotorcadeError as problem:
             self.problem = problem
+            if not self._was_read:
+                self._numbers = None if self._stamp else frozenset()
         return (self._numbers, str(self.problem)) != before
 
     def _now(self) -> tuple[int, int, int] | None:
         try:
             found = self._file.stat()
-        except OSError:
+        except FileNotFoundError:
             return None
+        except OSError:
+            return 0, 0, 0
         return found.st_mtime_ns, found.st_size, found.st_ino

@@ -1,10 +1,16 @@
-"""Listen at an address, and accept connections there: at most so many at a time, and so many of one address."""
+"""Listen at an address, and accept connections there: at most so many at a time, and so many of one address.
+
+A TLS handshake costs a thousand times what it costs a stranger to ask for one. So connections by TLS wait until it is
+their turn, without costing anything: first until their client says something, since ours listens for a while before it
+does. Then one network has its turn after the other, and in each the newest connection, whose client still waits.
+Handshakes begin one by one, and take half of the time of the event loop.
+"""
 
 import asyncio
 import errno
 import socket
 import ssl
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable
 from contextlib import suppress
 from typing import NamedTuple, Protocol, cast
@@ -16,6 +22,10 @@ HANDSHAKE_S = 2.0
 # Little is buffered by the system, so that a stall leaves few old commands and little old telemetry.
 _KERNEL_BYTES = 1 << 13
 _OUT_OF_SOCKETS_S = 0.1
+# So many connections wait for their handshakes.
+_MOST_WAITING = 256
+# The least time between two handshakes, and how often the event loop goes round until one has been answered.
+_LEAST_GAP_S, _ROUNDS = 0.001, 5
 # For so long a connection's first bytes may be on their way.
 _YOUNG_S = 2.0
 # A peer that has vanished is noticed in ten seconds, where the system has these options.
@@ -130,6 +140,11 @@ class Listener:
         self._turned_away = turned_away
         self._places = places
         self._slots: list[_Slot] = []
+        # Connections that wait for their handshake, by network; whose turn it is, is the first.
+        # Before them those whose client has said nothing yet, and what ends their time.
+        self._mute: dict[socket.socket, tuple[str, asyncio.TimerHandle]] = {}
+        self._waiting: dict[str, deque[tuple[socket.socket, str]]] = {}
+        self._has_waiting = asyncio.Event()
         listener.setblocking(False)
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _KERNEL_BYTES)
         listener.listen(places.waiting or places.most)
@@ -142,6 +157,7 @@ class Listener:
 
     async def serve(self) -> None:
         """Accept until cancelled; then accept nobody any more."""
+        admitting = asyncio.create_task(self._admit())
         try:
             while True:
                 try:
@@ -150,11 +166,19 @@ class Listener:
                     # Out of sockets: some connection will end.
                     await asyncio.sleep(_OUT_OF_SOCKETS_S)
                     continue
-                self._accept(line, str(address[0]))
+                (self._await_hello if self._tls else self._accept)(line, str(address[0]))
                 # While newcomers wait, sock_accept doesn't yield, and the open connections would get no turn.
                 await asyncio.sleep(0)
         finally:
             self._listener.close()
+            admitting.cancel()
+            for line in list(self._mute):
+                self._end_mute(line)
+                line.close()
+            for waiting in self._waiting.values():
+                for line, _ in waiting:
+                    line.close()
+            self._waiting.clear()
 
     def close_to_newcomers(self) -> None:
         """Accept nobody any more; to be called before `serve` is cancelled."""
@@ -180,6 +204,71 @@ class Listener:
             accepting.cancel()
             raise
 
+    def _await_hello(self, line: socket.socket, address: str) -> None:
+        """Let a connection wait until its client says something, at most as long as for a handshake."""
+        loop = asyncio.get_running_loop()
+
+        def come() -> None:
+            self._end_mute(line)
+            with suppress(OSError):
+                if line.recv(1, socket.MSG_PEEK):
+                    self._wait(line, address)
+                    return
+            line.close()
+
+        def leave(line: socket.socket) -> None:
+            self._end_mute(line)
+            line.close()
+            self._turned_away()
+
+        try:
+            loop.add_reader(line, come)
+        except NotImplementedError:
+            # Windows' loop tells nothing of it.
+            self._wait(line, address)
+            return
+        self._mute[line] = network_of(address), loop.call_later(HANDSHAKE_S, leave, line)
+        if len(self._mute) > _MOST_WAITING:
+            most = Counter(network for network, _ in self._mute.values()).most_common(1)[0][0]
+            leave(next(other for other, (network, _) in self._mute.items() if network == most))
+
+    def _end_mute(self, line: socket.socket) -> None:
+        asyncio.get_running_loop().remove_reader(line)
+        self._mute.pop(line)[1].cancel()
+
+    def _wait(self, line: socket.socket, address: str) -> None:
+        """Let a connection wait for its handshake; where too many wait the oldest of whoever has most gives way."""
+        most_of_one = self._places.most_of_one_address * self._places.burst
+        queue = self._waiting.setdefault(network_of(address), deque())
+        queue.append((line, address))
+        count = sum(map(len, self._waiting.values()))
+        if count > _MOST_WAITING:
+            # Of networks that have as many, the last: the others have waited longer for their turn.
+            queue = max(reversed(self._waiting.values()), key=len)
+        if count > _MOST_WAITING or len(queue) > most_of_one:
+            queue.popleft()[0].close()
+            self._turned_away()
+        self._has_waiting.set()
+
+    async def _admit(self) -> None:
+        """Begin handshakes in turn, until cancelled."""
+        clock = asyncio.get_running_loop().time
+        while True:
+            await self._has_waiting.wait()
+            begin_s = clock()
+            network, queue = next(iter(self._waiting.items()), ("", deque()))
+            self._waiting.pop(network, None)
+            if not queue:
+                if not self._waiting:
+                    self._has_waiting.clear()
+                continue
+            self._accept(*queue.pop())
+            if queue:
+                self._waiting[network] = queue
+            for _ in range(_ROUNDS):
+                await asyncio.sleep(0)
+            await asyncio.sleep(max(_LEAST_GAP_S, clock() - begin_s))
+
     def _accept(self, line: socket.socket, address: str) -> None:
         if not self._make_room(address):
             self._turned_away()
@@ -200,14 +289,24 @@ class Listener:
         """End a connection where there is no place. False where all have sessions, and none has to give way."""
         places, network = self._places, network_of(address)
         alike = [slot for slot in self._slots if slot.network == network and not slot.protocol.holder]
+        wants_keys = self._tls is not None and self._tls.verify_mode == ssl.CERT_REQUIRED
+        if wants_keys:
+            # Whoever has only begun a handshake may have any place that nobody else needs, for as long.
+            alike = [slot for slot in alike if not slot.opening]
         if len(alike) < places.most_of_one_address and len(self._slots) < places.most:
             return True
         is_burst = len(alike) < places.most_of_one_address * places.burst
         candidates = alike if len(alike) >= places.most_of_one_address else self._slots
         # In a burst requests are on their way.
         since_s = asyncio.get_running_loop().time() - (_YOUNG_S if is_burst and places.burst > 1 else 0.0)
-        idle = (slot for slot in candidates if not slot.protocol.has_session() and slot.made_s <= since_s)
-        oldest = next(idle, None)
+        idle = [slot for slot in candidates if not slot.protocol.has_session() and slot.made_s <= since_s]
+        if wants_keys:
+            # Who has shown keys stays longer than who has only begun a handshake.
+            idle = [slot for slot in idle if slot.opening] or idle
+        # One of whoever has most of them, so that a flood replaces its own.
+        counts = Counter(slot.network for slot in idle)
+        most = max(counts.values(), default=0)
+        oldest = next((slot for slot in idle if counts[slot.network] == most), None)
         if oldest is None and is_burst:
             if len(self._slots) < places.most:
                 return True

@@ -3,18 +3,22 @@
 `Wheels` are the wheels, `Switchboard` is what is switched beside them.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import lru_cache
 
 from motorcade.car.arbiter import DISCHARGED, FAILSAFE, MOVING, NOBODY, PROGRAM, STANDING, STOPPED, Arbiter
 from motorcade.car.drive_board import DriveBoard
 from motorcade.car.drive_limits import DutyLimiter, duty_per_s
 from motorcade.config.profile import Profile
+from motorcade.drive.stamps import STAMP_MASK
 from motorcade.words.formats import DRIVE, SWITCHES, switched_by
 from motorcade.words.ticks import elapsed_ms, later_ms
 
 # A stick repeats itself: a car gets the same words again and again.
 _REMEMBERED_WORDS = 1024
+# The upper bits of all commands that move the wheels.
+_ANGLE_AT = DRIVE.field("angle").low
+_STEERING = frozenset(DRIVE.encode(angle=angle) >> _ANGLE_AT for angle in range(DRIVE.field("angle").maximum + 1))
 
 Setpoint = tuple[int, int, int]
 # A setpoint of the wheels, or what is switched, by name.
@@ -235,6 +239,12 @@ class Switchboard:
                 except OSError as problem:
                     count_fault(problem)
         return self._fresh_ms + 1 - age_ms if any(self.values[name] for name in held) else _BATTERY_MS
+
+
+def check_commands(words: Iterable[int]) -> None:
+    """Check that words are drive commands; fast, since a client may send any number. Raises WordError."""
+    for word in {word & ~STAMP_MASK for word in words if word >> _ANGLE_AT not in _STEERING}:
+        command_in(word)
 
 
 @lru_cache(_REMEMBERED_WORDS)

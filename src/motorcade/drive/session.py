@@ -185,7 +185,7 @@ class CarControl:
         """Do what is due; where the last `beat` is older than the profile's ``watchdog_ms``, stop the wheels.
 
         Returns what `beat` returns. The commands that a stuck loop then finds in its buffers are old: a command with
-        speed 0 has to arm the car.
+        speed 0 has to arm the car, unless it stood and nobody drove.
         """
         if not self._lock.acquire(timeout=_LOCK_PATIENCE_S):
             # The thread that holds the lock hangs in the hardware's driver.
@@ -198,7 +198,7 @@ class CarControl:
             if late_ms >= self.limits.watchdog_ms:
                 self._stalls += not self._is_stuck
                 self._is_stuck = True
-                self.arbiter.stall()
+                self.arbiter.delay()
             return min(rest_ms, self._follow(), max(1, self.limits.watchdog_ms - late_ms))
         finally:
             self._lock.release()
@@ -320,14 +320,18 @@ class ControlSession:
         try:
             command = command_in(word & ~STAMP_MASK)
         except WordError as problem:
-            self._control.refused += 1
-            self.counts["refused"] += 1
-            self.last_refusal = str(problem)
+            self.refuse(problem)
             raise
         self.take_place()
         outcome = self._control.apply(self, word, command, number)
         self.counts[OUTCOMES[outcome]] += 1
         return outcome
+
+    def refuse(self, problem: WordError) -> None:
+        """Count a word that is no DRIVE word."""
+        self._control.refused += 1
+        self.counts["refused"] += 1
+        self.last_refusal = str(problem)
 
     def you(self) -> dict[str, Any]:
         """What concerns this session, for its client: its name, whether it drives or waits, and its counts."""

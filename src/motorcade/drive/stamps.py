@@ -7,8 +7,7 @@ last minute belongs to a word that was not delayed. Source: the protocol's secti
 A stamp comes round after 8.2 s, so it says nothing after a longer silence; and before the first word that came in time
 there is nothing to compare with. So at the beginning, and after a silence, the car sends its clock, and the client
 answers with it, with the number of words that it has sent, and with its stamp. All later words are younger than that
-clock, and the round trip bounds the difference. A client that has no telemetry can't be asked: its first word counts as
-fresh.
+clock, and the round trip bounds the difference. A client that has no telemetry can't be asked: it sends no stamps.
 """
 
 from typing import NamedTuple
@@ -48,14 +47,11 @@ class Freshness:
 
     Args:
         stale_ms: a word is old that took so much longer than the fastest of the last minute, or than an answer.
-        can_ask: whether the client has telemetry, so that it has to answer before its first word counts;
-            `clock_to_answer` notes it too.
     """
 
-    def __init__(self, stale_ms: int, can_ask: bool = False) -> None:
+    def __init__(self, stale_ms: int) -> None:
         self._stale_ms = stale_ms
-        self._can_ask = can_ask
-        self._has_stamped = self._was_answered = False
+        self._has_stamped = False
         self._now_ms = 0
         self._ticks: int | None = None
         # The smallest difference in the present half minute and in the one before it; None where no word came.
@@ -96,7 +92,6 @@ class Freshness:
     def clock_to_answer(self, now: int) -> int | None:
         """The car's clock at ``now`` (ticks) in units of a stamp; None while no answer to it is needed."""
         self._advance(now)
-        self._can_ask = True
         answered = self._answer is not None and elapsed_ms(now, self._answer.clock_ms) < _ANSWER_LASTS_MS
         return now // STEP_MS if self._needs_answer and not answered else None
 
@@ -121,9 +116,7 @@ class Freshness:
 
     @property
     def _needs_answer(self) -> bool:
-        if self._can_ask and not self._was_answered:
-            return True
-        return self._fresh_ms is not None and self._now_ms - self._fresh_ms > _SILENCE_MS
+        return self._fresh_ms is None or self._now_ms - self._fresh_ms > _SILENCE_MS
 
     def _fits_answer(self, number: int, stands: bool, difference_ms: int) -> bool:
         """Whether a word came after the client's answer and in time, and after a silence with speed 0."""
@@ -133,11 +126,10 @@ class Freshness:
         # What is sent after the answer is younger than the car's clock in it, so that its stamp has not come round.
         self._answer = None
         later_ms = _later_ms(difference_ms, answer.difference_ms)
-        needs_rest = self._was_answered and not stands
+        needs_rest = self._fresh_ms is not None and not stands
         if needs_rest or elapsed_ms(self._ticks, answer.clock_ms) > _SILENCE_MS or later_ms > self._stale_ms:
             return False
         self._smallest, self._smallest_before = answer.difference_ms + min(later_ms, 0), None
-        self._was_answered = True
         return True
 
     def _fits_last_minute(self, difference_ms: int) -> bool:

@@ -28,6 +28,7 @@ OVER_RATE, STALE, NO_HARDWARE = 6, 7, 8
 _FULL_DUTY = 255
 _CENTRE_DEG = 90
 _CODE_AT = DRIVE.field("code").low
+SPEED_MASK = DRIVE.field("speed").raw_mask << DRIVE.field("speed").low
 _LENGTH = struct.Struct(">I")
 WORDS = {"big": struct.Struct(">I"), "little": struct.Struct("<I")}
 
@@ -128,6 +129,18 @@ def newest_of_each_code(words: list[int]) -> list[int]:
         return list(range(len(words)))
     newest = {word >> _CODE_AT: index for index, word in enumerate(words)}
     return sorted(newest.values())
+
+
+def read_telemetry(frame: dict[str, Any]) -> "Telemetry":
+    """The telemetry in a frame; None for what isn't in it. Raises ValueError where a car sends something else there."""
+    values = [frame.get(name) for name in Telemetry._fields]
+    for name, value, kind in zip(Telemetry._fields, values, _KINDS, strict=True):
+        if value is not None and (not isinstance(value, kind) or isinstance(value, bool)):
+            raise ValueError(f"{name} is a {type(value).__name__}")
+    return Telemetry(*values)  # type: ignore[arg-type]
+
+
+_KINDS = (str, int, int, int, str, str, *[int] * 7, str, int, dict, int)
 
 
 class Telemetry(NamedTuple):

@@ -44,10 +44,12 @@ class Backend(Protocol):
     Attributes:
         name: which backend it is.
         threaded: whether several threads can share a call, or the phases of `run_large`.
+        interruptible: whether KeyboardInterrupt can break off a call; else Python raises it after the call.
     """
 
     name: BackendName
     threaded: bool
+    interruptible: bool
 
     def zeros(self, slot: str, shape: tuple[int, ...], dtype: str) -> BackendArray:
         """Return an array of zeros. It replaces the array that was allocated before under the same ``slot``."""
@@ -63,6 +65,9 @@ class Backend(Protocol):
 
     def clear(self, array: BackendArray) -> None:
         """Fill an array with zeros."""
+
+    def join(self) -> None:
+        """Wait until no other thread works on the world, after an exception broke off a run of several threads."""
 
     def call(self, kernel: str, *arguments: Any) -> None:
         """Call a kernel of `motorcade.engine.kernels.KERNELS`; its arrays come from `zeros` or `allocate`."""

@@ -5,12 +5,13 @@ The order of the rows has no meaning: the kernel ``sort_events`` sorts them. Thi
 
 from motorcade.engine.state import Counters
 
-# One event, as NumPy's type of a row. kind is an index into KINDS, and why is an index into LOSS_REASONS. word is the
-# control word, for a lost frame the bits on the air. other is a state's index, the tag of a word that starts, or the
-# number of a frame's sender, else 0.
+# One event, as NumPy's type of a row. run counts the resets before it. kind is an index into KINDS, and why is an index
+# into LOSS_REASONS. word is the control word, for a lost frame the bits on the air. other is a state's index, the tag
+# of a word that starts, or the number of a frame's sender, else 0.
 EVENT = [
     ("t_ms", "<u4"),
     ("world", "<u4"),
+    ("run", "<u4"),
     ("car", "<u4"),
     ("kind", "u1"),
     ("why", "u1"),
@@ -18,20 +19,21 @@ EVENT = [
     ("other", "<u4"),
 ]
 KINDS = ("state", "start", "over", "frame", "heard", "lost")
-LOSS_REASONS = ("", "parity", "reserved", "deaf", "sending", "collision", "check")
+LOSS_REASONS = ("", "parity", "reserved", "deaf", "sending", "collision", "check", "remote")
 
 # Indices into KINDS; the first three are those of `motorcade.car.step`.
 STATE, START, OVER, FRAME, HEARD, LOST = range(6)
 # Indices into LOSS_REASONS.
-PARITY, RESERVED, DEAF, SENDING, COLLISION, CHECK = range(1, 7)
+PARITY, RESERVED, DEAF, SENDING, COLLISION, CHECK, REMOTE = range(1, 8)
 
 # Columns of the counts. Lost frames are counted at their index into LOSS_REASONS, whose index 0 is no reason: that
 # column counts the frames that were begun.
 FRAMES = 0
-FRAMES_HEARD = 7
-UNDETECTED = 8
-TOUCHING_MS = 9
-EVENTS = 10  # events that happened, whether or not there was room for them
+FRAMES_HEARD = 8
+UNDETECTED = 9
+TOUCHING_MS = 10
+EVENTS = 11  # events that happened, whether or not there was room for them
+TICK = 12  # how many ticks have passed: a world and its clock advance in one call
 COUNTS = 16  # two cache lines, so that no two threads write to one
 # Columns of an event in Counters.events.
 T_MS, CAR, KIND, WHY, WORD, OTHER = range(6)

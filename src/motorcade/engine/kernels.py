@@ -21,7 +21,7 @@ from motorcade.engine.state import DRIVEN, MOST_PARTS, NOBODY, Arrays, ForBrain,
 from motorcade.words.formats import CONTROL
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
 
-ALL = -1
+ALL, RESTORED = -1, -2
 _PIR_AT = CONTROL.field("pir").low
 _FLOOR_AT = CONTROL.field("floor").low
 _SENSES = 1 << _PIR_AT | 1 << _FLOOR_AT | 1 << CONTROL.field("avoid_enable").low
@@ -85,6 +85,8 @@ class CarTurn(NamedTuple):
             events.record_loss(counters, part, now, number, events.RESERVED, frame, sender)
         elif result == frames.BAD_CHECK:
             events.record_loss(counters, part, now, number, events.CHECK, frame, sender)
+        elif result == frames.REMOTE:
+            events.record_loss(counters, part, now, number, events.REMOTE, frame, sender)
         elif result == frames.DEAF:
             events.record_loss(counters, part, now, number, events.DEAF, frame, sender)
         else:
@@ -264,20 +266,26 @@ def _sort(world: int, begin: int, end: int, arrays: Arrays) -> None:
     bicycle.find(world, begin, end, cars, arrays.driven)
 
 
-def run(share: int, shares: int, first_tick: int, ticks: int, said: int, seeds: Ints, arrays: Arrays) -> None:
-    """Step the worlds of one of several shares, one after the other. In the first tick every car hears ``said``."""
+def run(share: int, shares: int, until: int, said_at: int, said: int, seeds: Ints, arrays: Arrays) -> None:
+    """Step the worlds of one of several shares, one after the other, each from its own tick to tick ``until``.
+
+    So a world that has come there stays as it is, and a call can be repeated where it is unknown whether it was made.
+    In tick ``said_at`` every car hears ``said``.
+    """
     cars, voices, rules, driven = arrays.cars, arrays.voices, arrays.rules, arrays.driven
+    counts = arrays.counters.counts
     worlds = seeds.shape[0]
     per_world = cars.x.shape[0] // worlds
     for world in range(worlds * share // shares, worlds * (share + 1) // shares):
         begin, end, seed = world * per_world, (world + 1) * per_world, seeds[world]
+        first_tick = counts[world, events.TICK]
         spoken = channel.voices_until((first_tick - 1) * rules.tick_ms, voices)
-        for tick in range(first_tick, first_tick + ticks):
+        for tick in range(first_tick, until):
             ms = tick * rules.tick_ms & TICKS_MASK
             first_voice = spoken
             while spoken < voices.at_ms.shape[0] and voices.at_ms[spoken] <= ms:
                 spoken += 1
-            voice = said if tick == first_tick else brain.NO_VOICE
+            voice = said if tick == said_at else brain.NO_VOICE
             now = Now(world, world, share, seed, tick, ms, voice, first_voice, spoken, begin, end)
             if tick == 0:
                 _switch_on(begin, end, arrays, now)
@@ -289,6 +297,7 @@ def run(share: int, shares: int, first_tick: int, ticks: int, said: int, seeds: 
                 channel.spread_frame(cars.order[k], begin, end, arrays, now)
             bodies.move(begin, end, seed, tick, cars, rules)
             bicycle.turn_round(world, cars, driven)
+        counts[world, events.TICK] = max(first_tick, until)
 
 
 ORDER, SORT, SET_OUT, STEP, SPREAD, MOVE, TURN = range(7)
@@ -363,7 +372,8 @@ def wake(tick: int, moved: int, worlds: int, arrays: Arrays) -> None:
     """Make every car look around in its next tick, because its surroundings have changed.
 
     The car at index ``moved`` also gets the displacement of its new heading. With ALL every car gets its own, but
-    none does where wheels have noise.
+    none does where wheels have noise. With RESTORED, after a saved world was loaded, none does, and a car keeps the
+    time of its next turn.
     """
     cars, rules = arrays.cars, arrays.rules
     now, per_world = tick * rules.tick_ms & TICKS_MASK, cars.x.shape[0] // worlds
@@ -372,7 +382,8 @@ def wake(tick: int, moved: int, worlds: int, arrays: Arrays) -> None:
         for i in range(begin, end):
             if moved == i or (moved == ALL and rules.wheel_noise == 0.0):
                 bodies.set_displacement(i, cars.wheels[i], cars, rules)
-            cars.due[i] = now
+            if moved != RESTORED:
+                cars.due[i] = now
             cars.clear[i] = clearance.due_now(tick)
         _sort(world, begin, end, arrays)
 

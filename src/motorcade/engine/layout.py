@@ -53,6 +53,8 @@ _FEW_CARS = 24
 _MOST_AROUND = 1 << 8
 _NEVER = 1 << 40
 _OBSTACLE_CELL_UM = 250_000.0
+# A displacement is 32 bits of 2^-12 µm.
+_LONGEST_WAY_UM = 480_000
 _FEW_OBSTACLE_CELLS = 1 << 14
 
 
@@ -155,6 +157,11 @@ def standing_of(mat: Mat, images: int) -> Standing:
             [(rank - 1) % max(images, 1) + 1 if leads else 0 for leads, rank in zip(starts.leads, ranks, strict=True)],
         ),
     )
+
+
+def farthest_um(x_um: Sequence[int], y_um: Sequence[int]) -> int:
+    """The largest coordinate of all cars, without its sign."""
+    return max(max(x_um), -min(x_um), max(y_um), -min(y_um))
 
 
 def put_in_place(cars: CarArrays, standing: Standing, worlds: int, memory: "Backend") -> None:
@@ -284,6 +291,10 @@ def _check(profile: Profile, tick_ms: int, fastest_um: float, radius_um: float) 
     if fastest_um > radius_um / 2:
         raise MotorcadeError(
             "cars-too-fast-for-tick", tick_ms=tick_ms, way=fastest_um / 1000, diameter=body.diameter_mm
+        )
+    if fastest_um > _LONGEST_WAY_UM:
+        raise MotorcadeError(
+            "way-in-tick-too-long", tick_ms=tick_ms, way=fastest_um / 1000, most=_LONGEST_WAY_UM // 1000
         )
     shortest_ms = air_us(0, profile.infrared.unit_us) / 1000
     if tick_ms >= shortest_ms:

@@ -141,6 +141,8 @@ class LinearMemory:
         end: the address from which on the memory is free.
     """
 
+    interruptible = False
+
     def __init__(self, arguments: dict[str, list[Argument]], end: int) -> None:
         self._arguments = arguments
         self._end = end
@@ -162,6 +164,9 @@ class LinearMemory:
     def call(self, kernel: str, *arguments: Any) -> None:
         """Call a kernel. Raises MotorcadeError where an argument isn't what the module was made for."""
         self._call(kernel, self._block(kernel, *arguments))
+
+    def join(self) -> None:
+        """Wait for nothing: calls have one thread."""
 
     def _block(self, kernel: str, *arguments: Any) -> bytes:
         expected = self._arguments[kernel]

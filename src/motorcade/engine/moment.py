@@ -43,6 +43,8 @@ class Moment(NamedTuple):
         led: the LED that is on, 4 for none.
         sends: whether the car's frame is on the air.
         counts: what was counted since the run began, by name, as in `World.counts`; empty where they are not needed.
+        world: which of the worlds side by side it is of.
+        run: how often the worlds had been reset.
     """
 
     t_ms: int
@@ -55,6 +57,8 @@ class Moment(NamedTuple):
     led: Bytes
     sends: Flags
     counts: Mapping[str, int] = _NONE
+    world: int = 0
+    run: int = 0
 
     def map(self, change: Callable[[str, Any], Any]) -> Self:
         """Return the moment with ``change(name, column)`` in place of each column."""
@@ -74,7 +78,8 @@ class Moment(NamedTuple):
             ).tolist()
             for name, each in COLUMNS.items()
         }
-        return {"t_ms": self.t_ms, "number": list(range(len(self.x_m))), **lists, "counts": dict(self.counts)}
+        which = {"t_ms": self.t_ms, "world": self.world, "run": self.run}
+        return {**which, "number": list(range(len(self.x_m))), **lists, "counts": dict(self.counts)}
 
 
 def _singles(column: Any) -> Any:

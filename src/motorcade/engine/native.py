@@ -13,7 +13,7 @@ import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from motorcade.car.brain import NO_VOICE
 from motorcade.engine.backend import BackendName
+from motorcade.engine.events import TICK
 from motorcade.engine.kernels import KERNELS, ORDER, SET_OUT, SORT, STRIP_PHASES, TURN
 from motorcade.engine.linear_memory import LinearArray, LinearMemory, module_arguments
 from motorcade.engine.state import MOST_PARTS, Arrays, Buffer
@@ -34,12 +35,13 @@ _MACHINES = {"x86_64": "x86_64", "AMD64": "x86_64", "aarch64": "aarch64", "arm64
 _SUFFIXES = {"linux": ".so", "win32": ".dll", "darwin": ".dylib"}
 # What Linux calls that which processors of the level x86-64-v3 have more than those of v2.
 _LEVEL_3 = frozenset(("abm", "avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"))
-# With more, threads need not wait for one whose share takes long.
-SHARES_A_THREAD = 4
+# With more, threads need not wait for one whose share takes long. A share of a long slice has to be short, too.
+SHARES_A_THREAD, SHARES_OF_LONG_SLICES = 4, 64
 # With few strips, little is done twice at their edges.
 STRIPS_A_THREAD = 2
 # More wait for one that is free; any number of threads does all the work.
 _MOST_THREADS = 256
+_WAIT_S = 0.05
 _INT, _INTS = struct.Struct("<q"), struct.Struct("<5q")
 
 
@@ -85,6 +87,10 @@ class InterpretedKernels(NumpyArrays):
 
     name: BackendName = "interpreted"
     threaded = False
+    interruptible = True
+
+    def join(self) -> None:
+        """Wait for nothing: calls have one thread."""
 
     def call(self, kernel: str, *arguments: Any) -> None:
         """Call a kernel."""
@@ -124,11 +130,19 @@ class Wavefront:
         take: takes a step of a strip; both are numbers from 0 on.
         strips: how many there are.
         steps: how many each takes.
+        unit: of so many steps, only all or none may be taken.
+        stop: set by another thread, so that no strip takes a unit that none has begun.
+
+    Attributes:
+        steps: how many each has taken, after `work`.
     """
 
-    def __init__(self, take: Callable[[int, int], None], strips: int, steps: int) -> None:
+    def __init__(
+        self, take: Callable[[int, int], None], strips: int, steps: int, unit: int, stop: threading.Event
+    ) -> None:
         self._take = take
-        self._steps = steps
+        self.steps = steps
+        self._unit, self._stop = unit, stop
         self._taken = [0] * strips
         self._left = strips * steps
         self._lock = threading.Lock()
@@ -151,6 +165,12 @@ class Wavefront:
         taken, last = self._taken, len(self._taken) - 1
         taken[strip] += 1
         self._left -= 1
+        if self._stop.is_set():
+            # The strip that is farthest may be in its next step already.
+            begun = max(taken) + 1
+            steps = min(-(-begun // self._unit) * self._unit, self.steps)
+            self._left -= (self.steps - steps) * len(taken)
+            self.steps = steps
         if self._left == 0:
             self._ready.put(None)
         for near in range(max(strip - 1, 0), min(strip + 1, last) + 1):
@@ -158,7 +178,7 @@ class Wavefront:
             # A neighbour that was behind this step has waited for it, or is taking it now.
             if near != strip and step != taken[strip]:
                 continue
-            if step < self._steps and taken[max(near - 1, 0)] >= step and taken[min(near + 1, last)] >= step:
+            if step < self.steps and taken[max(near - 1, 0)] >= step and taken[min(near + 1, last)] >= step:
                 self._ready.put(near)
 
 
@@ -177,17 +197,66 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_open_pool)
 
 
-def _share(work: Callable[[], None], threads: int) -> None:
-    """Call ``work`` in each of several threads, of which this is one; return when all of them have ended."""
-    helpers = []
+class Crew:
+    """Threads of the pool that do some work.
+
+    Python raises KeyboardInterrupt, and what other handlers of signals raise, in the main thread alone. So these
+    threads end what they have begun, and the main thread can wait for that however often it is interrupted.
+
+    Args:
+        work: what each of them calls.
+    """
+
+    def __init__(self, work: Callable[[], None]) -> None:
+        self._work = work
+        self._changed = threading.Condition()
+        self._working, self._has_ended, self._is_closed = 0, False, False
+        self._problem: BaseException | None = None
+
+    def call(self, threads: int) -> None:
+        """Let so many threads begin. Raises RuntimeError: Python ends, and the pool takes no work."""
+        for _ in range(threads):
+            _pool.submit(self._begin)
+
+    def _begin(self) -> None:
+        with self._changed:
+            if self._is_closed:
+                return
+            self._working += 1
+        try:
+            self._work()
+        except BaseException as problem:  # noqa: BLE001 - the thread that waits raises it
+            self._problem = problem
+        with self._changed:
+            self._working, self._has_ended = self._working - 1, True
+            self._changed.notify_all()
+
+    def wait(self) -> None:
+        """Wait until a thread has ended; raise what it raised."""
+        with self._changed:
+            while not self._has_ended:
+                # On Windows nothing interrupts a wait without an end.
+                self._changed.wait(_WAIT_S)
+        if self._problem:
+            raise self._problem
+
+    def close(self) -> None:
+        """Let no more threads begin, and wait until those that have begun end."""
+        with self._changed:
+            self._is_closed = True
+            while self._working:
+                self._changed.wait(_WAIT_S)
+
+
+def _share(work: Callable[[], None], threads: int, crew: Crew) -> None:
+    """Do ``work``, the crew's, in several threads, of which this is one; return when all of them have ended."""
     try:
-        # While Python ends, a pool takes no work; then fewer threads do all of it.
+        # While Python ends, fewer threads do all of the work.
         with suppress(RuntimeError):
-            for _ in range(threads - 1):
-                helpers.append(_pool.submit(work))
+            crew.call(threads - 1)
         work()
     finally:
-        wait(helpers)
+        crew.close()
 
 
 @lru_cache
@@ -218,58 +287,88 @@ class NativeKernels(NumpyArrays, LinearMemory):
         # Arrays may be anywhere.
         super().__init__(module_arguments(), 1 << 63)
         self._kernels = _kernels(library_path())
+        # Who works on the arrays, besides the thread that calls.
+        self._crew = Crew(lambda: None)
+        self._stop = threading.Event()
 
-    def run(self, threads: int, *arguments: Any) -> None:
-        """Call the kernel ``run`` with several threads; ``arguments`` as those of the kernel after its shares."""
-        shares = SHARES_A_THREAD * threads
+    def join(self) -> None:
+        """Wait until no other thread works on the arrays, after an exception broke off `run` or `lead`."""
+        self._stop.set()
+        self._crew.close()
+
+    def run(self, threads: int, shares: int, *arguments: Any) -> None:
+        """Call the kernel ``run`` for each share, with several threads; ``arguments`` as those after its shares."""
         block = self._block("run", 0, shares, *arguments)
-        self._share("run", [_INT.pack(share) + block[_INT.size :] for share in range(shares)], threads)
+        work = self._call_each("run", [_INT.pack(share) + block[_INT.size :] for share in range(shares)])
+        self._crew = Crew(work)
+        _share(work, threads, self._crew)
 
-    def _share(self, name: str, blocks: Sequence[bytes], threads: int) -> None:
-        """Call a kernel with each of the blocks of arguments, with several threads."""
+    def _call_each(self, name: str, blocks: Sequence[bytes]) -> Callable[[], None]:
+        """Return what calls a kernel with each of the blocks of arguments; several threads may share it."""
         pending, kernel = deque(blocks), self._kernels[name]
 
         def work() -> None:
-            with suppress(IndexError):
-                while True:
-                    kernel(pending.popleft())
+            try:
+                with suppress(IndexError):
+                    while True:
+                        kernel(pending.popleft())
+            finally:
+                # Where an exception broke off this thread, the others end, too.
+                pending.clear()
 
-        _share(work, min(threads, len(blocks)))
+        return work
 
-    def run_large(self, threads: int, first_tick: int, ticks: int, said: int, arrays: Arrays, *arguments: Any) -> None:
+    def lead(self, work: Callable[[], None]) -> None:
+        """Let another thread do ``work``, which calls `run_large`; an exception that comes here stops it soon."""
+        self._stop.clear()
+        self._crew = Crew(work)
+        try:
+            self._crew.call(1)
+        except RuntimeError:
+            work()
+        else:
+            self._crew.wait()
+
+    def run_large(self, threads: int, until: int, said_at: int, said: int, arrays: Arrays, *arguments: Any) -> int:
         """Step one world by ``run_large``, phase by phase, with several threads.
 
         Args:
             threads: how many.
-            first_tick: the tick to begin with.
-            ticks: how many.
-            said: what every car hears in the first tick.
+            until: the tick to come to.
+            said_at: the tick in which every car hears ``said``.
+            said: a voice command, or NO_VOICE.
             arrays: of the world.
             arguments: those of the kernel from ``seeds`` to ``scratch``.
+
+        Returns:
+            The tick that it has come to: an earlier one where `join` stops it.
         """
         kernel, every = self._kernels["run_large"], arrays.rules.sort_every
         rest = self._block("run_large", 0, 0, 0, 0, 0, *arguments, arrays)[5 * _INT.size :]
 
         def block(share: int, shares: int, phase: int, tick: int) -> bytes:
-            return _INTS.pack(share, shares, phase, tick, said if tick == first_tick else NO_VOICE) + rest
+            return _INTS.pack(share, shares, phase, tick, said if tick == said_at else NO_VOICE) + rest
 
-        tick, end = first_tick, first_tick + ticks
-        while tick < end:
+        tick, counts = int(arrays.counters.counts[0, TICK]), arrays.counters.counts
+        while tick < until and not self._stop.is_set():
             if tick % every == 0:
                 kernel(block(0, 1, ORDER, tick))
-                self._share("run_large", [block(share, threads, SORT, tick) for share in range(threads)], threads)
+                sort = self._call_each("run_large", [block(share, threads, SORT, tick) for share in range(threads)])
+                _share(sort, threads, Crew(sort))
             kernel(block(0, 1, SET_OUT, tick))
-            until = tick + 1 if arrays.driven.shape[1] else min(end, tick - tick % every + every)
+            end = tick + 1 if arrays.driven.shape[1] else min(until, tick - tick % every + every)
 
             def take(strip: int, step: int, began: int = tick) -> None:
                 after, phase = divmod(step, len(STRIP_PHASES))
                 kernel(block(strip, 1, STRIP_PHASES[phase], began + after))
 
-            steps = (until - tick) * len(STRIP_PHASES)
-            wavefront = Wavefront(take, int(arrays.cells.strips[0, MOST_PARTS]), steps)
-            _share(wavefront.work, threads)
-            kernel(block(0, 1, TURN, until - 1))
-            tick = until
+            steps, strips = (end - tick) * len(STRIP_PHASES), int(arrays.cells.strips[0, MOST_PARTS])
+            wavefront = Wavefront(take, strips, steps, len(STRIP_PHASES), self._stop)
+            _share(wavefront.work, threads, Crew(wavefront.work))
+            tick += wavefront.steps // len(STRIP_PHASES)
+            kernel(block(0, 1, TURN, tick - 1))
+            counts[:, TICK] = tick
+        return tick
 
     def _call(self, kernel: str, block: bytes) -> None:
         self._kernels[kernel](block)

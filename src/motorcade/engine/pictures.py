@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from motorcade.config.arguments import to_whole
 from motorcade.engine import showing
 from motorcade.engine.channel import REACHES, Reach
 from motorcade.engine.events import LOSS_REASONS
@@ -68,8 +69,12 @@ class Pictures:
 
     def index_of(self, car: int) -> int:
         """Return the index, among the image's words, of what a car executes or holds; NO_INDEX for none."""
+        car = self._checked(car)
         self._pack(showing.ASKED)
         return int.from_bytes(self._world.backend.read(self._page.index[car : car + 1]), "little")
+
+    def _checked(self, car: int) -> int:
+        return to_whole("car", car, 0, self._world.cars - 1)
 
     def _pack(self, purpose: int) -> bytes:
         world = self._world
@@ -79,7 +84,7 @@ class Pictures:
 
     def counted(self, car: int) -> CarTally:
         """Return what has happened to a car."""
-        memory = self._world.backend
+        car, memory = self._checked(car), self._world.backend
         rows = (self._tally.cars[row, car : car + 1] for row in range(TALLY_ROWS))
         column = [int.from_bytes(memory.read(row), "little") for row in rows]
         first = showing.LOST_FRAMES
@@ -88,7 +93,7 @@ class Pictures:
 
     def nearest(self, car: int) -> tuple[list[Near], list[Near]]:
         """Return the cars nearest to one: those that have sent frames, and those that have only received some."""
-        world, memory = self._world, self._world.backend
+        car, world, memory = self._checked(car), self._world, self._world.backend
         away = memory.zeros("away", (2, MOST_NEAREST), "float64")
         found = memory.zeros("nearest", (2, MOST_NEAREST, 3), "int64")
         world.backend.call("find_nearest", car, world.arrays(), self._tally, away, found)

@@ -3,15 +3,15 @@
 `motorcade.engine.world.World` adds what NumPy makes convenient, and several threads.
 """
 
-import math
 import struct
 from array import array
 from collections.abc import Sequence
 from dataclasses import replace
 
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
-from motorcade.car.brain import NO_VOICE
+from motorcade.car.brain import SIZE
 from motorcade.car.drive_limits import released_mm
+from motorcade.config.arguments import MOST_SEED, instance_of, not_allowed, to_list, to_number, to_whole
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.engine import agents, bicycle, events, floor, layout
 from motorcade.engine.backend import Backend, BackendArray, allocate_all
@@ -19,12 +19,14 @@ from motorcade.engine.geometry import to_heading
 from motorcade.engine.judging import Answers, Questions
 from motorcade.engine.kernels import ALL
 from motorcade.engine.moment import COLUMNS, Columns, Moment, allocate_columns, view_column
-from motorcade.engine.state import DRIVEN, Arrays, Buffer, Counters
-from motorcade.errors import MotorcadeError
-from motorcade.mats import Mat, Pose
+from motorcade.engine.running import Running
+from motorcade.engine.slices import Slices
+from motorcade.engine.state import DRIVEN, Arrays, Buffer
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.mats import Mat, Pose, Starts
+from motorcade.mats.document import MOST_HEADING, check_starts
 from motorcade.mats.schema import FARTHEST_M
 from motorcade.words.image import parse_image_bytes
-from motorcade.words.ticks import TICKS_MASK
 
 COUNTED = {
     "frames": events.FRAMES,
@@ -34,15 +36,15 @@ COUNTED = {
     "lost_parity": events.PARITY,
     "lost_reserved": events.RESERVED,
     "lost_check": events.CHECK,
+    "lost_remote": events.REMOTE,
     "deaf": events.DEAF,
     "undetected": events.UNDETECTED,
     "touching_ms": events.TOUCHING_MS,
 }
-# Kernels that were cut off are called again with more room, so the room is enough for most calls.
-_MOST_MS_WITH_EVENTS = 200
+_MOST_MM = FARTHEST_M * 1000
 
 
-class Simulation:
+class Simulation(Running):
     """Simulate cars on a mat.
 
     Args:
@@ -60,6 +62,7 @@ class Simulation:
         cars: how many there are in each world.
         worlds: how many worlds there are.
         seeds: of each world.
+        run_number: how often the worlds have been reset.
         now_ms: the simulated time; wraps at 2^30.
         state: the arrays of the cars (`motorcade.engine.state.CarArrays`), not in the order of car numbers.
 
@@ -79,10 +82,8 @@ class Simulation:
         parts: int | None = None,
         shares: int = 1,
     ) -> None:
-        for image in images:
-            parse_image_bytes(image)
         self.mat = mat
-        self.images = tuple(images)
+        self.images = checked_images(images)
         self.profile = profile or built_in_profile("classroom")
         self.tick_ms = mat.tick_ms
         self.cars = len(mat.starts)
@@ -95,8 +96,11 @@ class Simulation:
         self._cells = layout.cells_of(self.worlds, self.cars, backend)
         self._around = layout.around_of(shares, self.cars, backend)
         self._standing = layout.standing_of(mat, len(self.images))
+        self._farthest_um = layout.farthest_um(self._standing.x.items, self._standing.y.items)
         self._shown: Columns | None = None
         self._set_environment(mat, self.profile)
+        self._slices, self._can_go_back = Slices(self.worlds * self.cars, backend.interruptible), False
+        self.run_number = 0
         self._begin(seeds)
 
     def reset(self, seeds: int | Sequence[int] | None = None) -> None:
@@ -104,44 +108,55 @@ class Simulation:
         given = self.seeds if seeds is None else (seeds,) if isinstance(seeds, int) else seeds
         if len(given) != self.worlds:
             raise MotorcadeError("seeds-differ-from-worlds", count=len(given), worlds=self.worlds)
+        self.backend.join()
         self._begin(given)
+        self.run_number += 1
 
     def _begin(self, seeds: Sequence[int]) -> None:
         memory = self.backend
-        self.seeds = tuple(int(seed) for seed in seeds)
+        self.seeds = tuple(to_whole("seeds", seed, 0, MOST_SEED) for seed in seeds)
         self._seeds = memory.allocate("seeds", Buffer.of("int64", self.seeds))
         layout.put_in_place(self.state, self._standing, self.worlds, memory)
         self._keep_driven([])
         room = 64 * self.cars + 1024 if self._keeps_events else 0
         counts = memory.zeros("counts", (self._parts, events.COUNTS), "int64")
         self._counters = self._with_room(counts, room * self.worlds // self._parts)
-        self._tick = 0
-        self._spoken = NO_VOICE
-        # The rows of the events that were not taken yet, of each world.
-        self._taken: list[list[bytes]] = [[] for _ in self.seeds]
+        self._begin_ticks(self._farthest_um)
 
     def assign_images(self, images: Sequence[int]) -> None:
         """Give each world a program of its own, before the first tick: all its leaders run image ``images[world]``.
 
         `reset` gives the leaders the images of the mat's order again.
         """
+        images = [to_whole("images", image, 0, len(self.images) - 1) for image in to_list("images", images)]
+        if len(images) != self.worlds:
+            raise MotorcadeError("images-differ-from-worlds", count=len(images), worlds=self.worlds)
         leads = [program > 0 for program in self._standing.program.items]
         programs = b"".join(bytes(image + 1 if each else 0 for each in leads) for image in images)
         self.backend.write(self.state.program, programs)
 
-    @property
-    def tick(self) -> int:
-        """How many ticks have passed since the world began."""
-        return self._tick
+    def place_cars(self, starts: Sequence[Starts]) -> None:
+        """Let the cars of each world start in places of their own, before the first tick; who leads stays as it is.
 
-    @property
-    def now_ms(self) -> int:
-        """The simulated time in ms."""
-        return self._tick * self.tick_ms & TICKS_MASK
+        `reset` gives the cars their places on the mat again. Raises MotorcadeError: they are not as many as there are
+        worlds and cars, a tick has passed, or a car stands in a wall or in another car.
+        """
+        starts = [instance_of(Starts, "starts", each) for each in to_list("starts", starts)]
+        if self.tick or [len(each) for each in starts] != [self.cars] * self.worlds:
+            raise MotorcadeError("places-differ-from-cars", cars=self.cars, worlds=self.worlds)
+        for each in starts:
+            check_starts(replace(self.mat, starts=each), self.profile)
+        standing = [layout.standing_of(replace(self.mat, starts=each), 1) for each in starts]
+        for name in ("x", "y", "heading"):
+            places = b"".join(getattr(each, name).items.tobytes() for each in standing)
+            self.backend.write(getattr(self.state, name), places)
+        self._within_until = 0
 
     def say(self, word: str) -> None:
-        """Let every car hear ``stop`` or ``go`` in the next tick."""
-        self._spoken = layout.VOICES[word]
+        """Let every car hear ``stop`` or ``go`` in the next tick. Raises MotorcadeError: it is another word."""
+        if not isinstance(word, str) or word not in layout.VOICES:
+            raise not_allowed("word", word, ", ".join(layout.VOICES))
+        self._spoken_at, self._spoken = self.tick, layout.VOICES[word]
 
     def set_environment(self, mat: Mat, range_mm: int | None = None) -> None:
         """Replace walls, obstacles, people, voices and physics; the cars stay where they are and go on.
@@ -153,7 +168,9 @@ class Simulation:
         Raises:
             MotorcadeError: the mat can't be simulated; nothing has changed then.
         """
-        mat = replace(mat, starts=self.mat.starts, tick_ms=self.tick_ms)
+        mat = replace(instance_of(Mat, "mat", mat), starts=self.mat.starts, tick_ms=self.tick_ms)
+        if range_mm is not None:
+            range_mm = to_whole("range_mm", range_mm, 1, _MOST_MM)
         infrared = self.profile.infrared
         profile = replace(self.profile, infrared=replace(infrared, range_mm=range_mm or infrared.range_mm))
         self._set_environment(mat, profile)
@@ -169,24 +186,20 @@ class Simulation:
         self._people = allocate_all(backend, layout.people_of(mat, self._parts))
         self._voices = allocate_all(backend, layout.voices_of(mat))
 
-    def _with_room(self, counts: BackendArray, room: int) -> Counters:
-        """Counters with room for events, ``room`` for each part of the world."""
-        shape = self._parts, room, events.COLUMNS
-        return Counters(counts, self.backend.zeros("events", shape, "uint32"))
-
     def move(self, car: int, pose: Pose, world: int = 0) -> None:
         """Move a car to another place, where it goes on with what it does.
 
         Raises:
             MotorcadeError: there is no such car or place.
         """
-        self._check_car(car)
-        if not (abs(pose.x) <= FARTHEST_M and abs(pose.y) <= FARTHEST_M and math.isfinite(pose.heading)):
-            raise MotorcadeError("car-place-too-far", x=pose.x, y=pose.y, most=FARTHEST_M)
+        car, world = self._checked_car(car, world)
+        instance_of(Pose, "pose", pose)
+        x, y = (to_number(name, getattr(pose, name), -FARTHEST_M, FARTHEST_M) for name in ("x", "y"))
+        heading = to_number("heading", pose.heading, -MOST_HEADING, MOST_HEADING)
         index = self._index(car, world)
-        self._write(self.state.x, index, struct.pack("<i", round(pose.x * 1e6)))
-        self._write(self.state.y, index, struct.pack("<i", round(pose.y * 1e6)))
-        self._write(self.state.heading, index, struct.pack("<I", to_heading(pose.heading)))
+        self._write(self.state.x, index, struct.pack("<i", round(x * 1e6)))
+        self._write(self.state.y, index, struct.pack("<i", round(y * 1e6)))
+        self._write(self.state.heading, index, struct.pack("<I", to_heading(heading)))
         self._wake(index)
 
     def drive(self, car: int, angle_deg: int = 90, direction: int = 1, speed: int = 0, world: int = 0) -> None:
@@ -200,9 +213,12 @@ class Simulation:
             world: the index of the car's world.
 
         Raises:
-            MotorcadeError: there is no such car.
+            MotorcadeError: there is no such car, or a value is out of its range.
         """
-        self._check_car(car)
+        car, world = self._checked_car(car, world)
+        angle_deg = to_whole("angle_deg", angle_deg, 0, 180)
+        direction = to_whole("direction", direction, 0, 1)
+        speed = to_whole("speed", speed, 0, self.profile.motor.pwm_max)
         motion = bicycle.motion_of(angle_deg, direction, speed, self.profile, self.tick_ms)
         index = self._index(car, world)
         self._keep_driven([*self._others_driven(car, world), [world, car, index, *motion, 0]])
@@ -210,11 +226,11 @@ class Simulation:
 
     def give_back(self, car: int, world: int = 0) -> None:
         """Give the wheels of a car back to its own program. Raises MotorcadeError: there is no such car."""
-        self._check_car(car)
+        car, world = self._checked_car(car, world)
         if (world, car) in self._drivers:
             self._keep_driven(self._others_driven(car, world))
             index = self._index(car, world)
-            self.backend.call("give_back", index, self._tick, self.state, self._rules)
+            self.backend.call("give_back", index, self.tick, self.state, self._rules)
 
     def _others_driven(self, car: int, world: int) -> list[list[int]]:
         """The columns of the other driven cars, whose indices a sort may have changed."""
@@ -227,14 +243,17 @@ class Simulation:
 
     def obstacle_mm(self, car: int) -> int:
         """What a car's ultrasonic sensor measures for its driver, as far as the profile's limits ask; in world 0."""
-        if not self._look_mm or self._tick == 0:
+        if not self._look_mm or self.tick == 0:
             return NOTHING_IN_SIGHT_MM
         return self.look_ahead(car, self._look_mm)
 
     def look_ahead(self, car: int, look_mm: int) -> int:
         """What a car's ultrasonic sensor measures up to ``look_mm``, in world 0 and after the first tick."""
+        self._check_begun()
+        car, world = self._checked_car(car, 0)
+        look_mm = to_whole("look_mm", look_mm, 0, _MOST_MM)
         answer = self.backend.zeros("answer", (1,), "int64")
-        self.backend.call("read_obstacle", self._index(car, 0), look_mm, self.arrays(), answer)
+        self.backend.call("read_obstacle", self._index(car, world), look_mm, self.arrays(), answer)
         return int.from_bytes(self.backend.read(answer), "little")
 
     def begin_words(self, words: bytes) -> None:
@@ -243,40 +262,34 @@ class Simulation:
         Args:
             words: four bytes a car, little-endian, in the order of worlds and car numbers: a control word without
                 parity, or `motorcade.engine.agents.KEEP`.
+
+        Raises:
+            MotorcadeError: they are not as many as there are cars, or no tick has passed.
         """
+        self._check_begun()
+        if not isinstance(words, bytes) or len(words) != 4 * self.worlds * self.cars:
+            raise MotorcadeError("words-differ-from-cars", needed=4 * self.worlds * self.cars)
         given = self.backend.zeros("words", (self.worlds * self.cars,), "uint32")
         self.backend.write(given, words)
-        self.backend.call("begin_words", self._tick, self.worlds, given, self.arrays())
+        self.backend.call("begin_words", self.tick, self.worlds, given, self.arrays())
 
     def read_senses(self) -> BackendArray:
         """Return what every car senses, after the first tick: (worlds * cars, SENSED) int64.
 
         The columns are those of `motorcade.engine.agents`. Sensors are on whatever a car's word asks for.
         """
+        self._check_begun()
         sensed = self.backend.zeros("sensed", (self.worlds * self.cars, agents.SENSED), "int64")
         look_mm = self.profile.body.ultrasonic_range_mm
-        self.backend.call("read_senses", self._tick, self.worlds, look_mm, self.arrays(), sensed)
+        self.backend.call("read_senses", self.tick, self.worlds, look_mm, self.arrays(), sensed)
         return sensed
-
-    def step(self) -> None:
-        """Simulate one tick."""
-        self.run(self.tick_ms)
-
-    def run(self, duration_ms: int) -> None:
-        """Simulate ``duration_ms``, rounded down to whole ticks."""
-        ticks = duration_ms // self.tick_ms
-        # With events the calls are short, because all events of a call have to fit into the array.
-        longest = max(self.tick_ms, _MOST_MS_WITH_EVENTS) // self.tick_ms if self._keeps_events else ticks
-        while ticks > 0:
-            count = min(ticks, longest)
-            self._advance(count)
-            ticks -= count
 
     def snapshot(self, world: int = 0) -> Moment:
         """What the cars of a world show now, and what was counted in it since reset; columns are memory views."""
+        world = self._checked_world(world)
         shown = self.read_moment(world)
         columns = {name: view_column(name, self.backend.read(getattr(shown, name))) for name in COLUMNS}
-        return Moment(t_ms=self.now_ms, counts=self.totals(world), **columns)
+        return Moment(t_ms=self.now_ms, counts=self.totals(world), world=world, run=self.run_number, **columns)
 
     def read_moment(self, world: int = 0, into: Columns | None = None) -> Columns:
         """Write what the cars of a world show now into arrays; default: arrays that the next call overwrites."""
@@ -284,7 +297,8 @@ class Simulation:
             if self._shown is None:
                 self._shown, _ = allocate_columns(self.backend, "moment", self.cars)
             into = self._shown
-        self.backend.call("read_moment", world, self._tick, self.state, self._driven, self._rules, into)
+        shown = self._checked_world(world), self.tick, self.state, self._driven, self._rules
+        self.backend.call("read_moment", *shown, into)
         return into
 
     def take_rows(self, world: int = 0) -> BackendArray:
@@ -297,17 +311,21 @@ class Simulation:
         """
         if not self._keeps_events:
             raise MotorcadeError("world-keeps-no-events")
-        taken, self._taken[world] = array("I", b"".join(self._taken[world])), []
+        world = self._checked_world(world)
+        taken = array("I", self.untaken_rows(world))
         memory, count = self.backend, len(taken) // events.COLUMNS
         rows = memory.allocate("taken", Buffer.of("uint32", taken, events.COLUMNS))
         order = memory.zeros("order of events", (2, count), "int64")
         in_order = memory.zeros("events in order", (count, events.COLUMNS), "uint32")
         self.backend.call("sort_events", rows, order, in_order)
+        self._taken[world] = None
         return in_order
 
     def memory_of(self, car: int, rows: Sequence[int]) -> list[int]:
         """Return numbers of the memory of a car's brain (`motorcade.car.brain`) in world 0, by their rows."""
-        index = self._index(car, 0)
+        car, world = self._checked_car(car, 0)
+        index = self._index(car, world)
+        rows = [to_whole("rows", row, 0, SIZE - 1) for row in to_list("rows", rows)]
         fields = (self.state.memory[row, index : index + 1] for row in rows)
         return [int.from_bytes(self.backend.read(field), "little") for field in fields]
 
@@ -315,17 +333,18 @@ class Simulation:
         """Count what has happened in a world since reset.
 
         ``frames`` are the frames begun. At each receiver a frame is ``heard`` or lost: ``lost_collision``,
-        ``lost_sending``, ``lost_parity``, ``lost_reserved``, ``lost_check``, ``deaf``. ``undetected`` are frames
-        that were heard with flipped bits. ``touching_ms`` is the time in which cars touched something, summed over
-        cars.
+        ``lost_sending``, ``lost_parity``, ``lost_reserved``, ``lost_check``, ``lost_remote``, ``deaf``.
+        ``undetected`` are frames that were heard with flipped bits. ``touching_ms`` is the time in which cars touched
+        something, summed over cars.
         """
+        world = self._checked_world(world)
         counts = self._read_counts()
         parts = range(world, world + 1) if self._parts == self.worlds else range(self._parts)
         return {name: sum(counts[part * events.COUNTS + k] for part in parts) for name, k in COUNTED.items()}
 
     def judge(self, questions: Questions, answers: Answers) -> None:
         """Ask what `motorcade.engine.judging` can ask of the cars of all worlds now."""
-        self.backend.call("judge", self._tick, self.state, self._rules, questions, answers)
+        self.backend.call("judge", self.tick, self.state, self._rules, questions, answers)
 
     def arrays(self) -> Arrays:
         """All that a kernel reads and writes."""
@@ -333,12 +352,15 @@ class Simulation:
         more = self._driven, self._floor, self._around
         return Arrays(self.state, self._cells, *mat, *more, self._rules, self._counters)
 
-    def _read_counts(self) -> "array[int]":
-        return array("q", self.backend.read(self._counters.counts))
+    def _checked_car(self, car: int, world: int) -> tuple[int, int]:
+        return to_whole("car", car, 0, self.cars - 1), self._checked_world(world)
 
-    def _check_car(self, car: int) -> None:
-        if not 0 <= car < self.cars:
-            raise MotorcadeError("no-such-car-in-world", car=car, last=self.cars - 1)
+    def _checked_world(self, world: int) -> int:
+        return to_whole("world", world, 0, self.worlds - 1)
+
+    def _check_begun(self) -> None:
+        if self.tick == 0:
+            raise MotorcadeError("no-tick-has-passed")
 
     def _index(self, car: int, world: int) -> int:
         """Where a car is in the arrays now."""
@@ -349,38 +371,22 @@ class Simulation:
         self.backend.write(field[index : index + 1], value)
 
     def _wake(self, moved: int = ALL) -> None:
-        self.backend.call("wake", self._tick, moved, self.worlds, self.arrays())
+        # How far the cars are has to be found out again.
+        self._within_until = 0
+        self.backend.call("wake", self.tick, moved, self.worlds, self.arrays())
 
-    def _advance(self, ticks: int) -> None:
-        if self._keeps_events:
-            self._advance_with_events(ticks)
-        else:
-            self._call(ticks)
-        self._tick += ticks
-        self._spoken = NO_VOICE
 
-    def _advance_with_events(self, ticks: int) -> None:
-        memory, cars = self.backend, self.state
-        counts, cells = self._counters.counts, self._cells
-        changing = [cars.rows, cars.push, cars.wheels, cars.program, *cells, self._driven, counts]
-        saved = [(column, memory.read(column)) for column in changing]
-        self._call(ticks)
-        counted = self._read_counts()
-        while max(counted[events.EVENTS :: events.COUNTS]) > self._counters.events.shape[1]:
-            for column, contents in saved:
-                memory.write(column, contents)
-            self._counters = self._with_room(counts, self._counters.events.shape[1] * 2)
-            self._call(ticks)
-            counted = self._read_counts()
-        for part, count in enumerate(counted[events.EVENTS :: events.COUNTS]):
-            if count:
-                world = part if self._parts == self.worlds else 0
-                self._taken[world].append(memory.read(self._counters.events[part, :count]))
-                counted[part * events.COUNTS + events.EVENTS] = 0
-        memory.write(counts, counted.tobytes())
-
-    def _call(self, ticks: int) -> None:
-        self.backend.call("run", 0, 1, self._tick, ticks, self._spoken, self._seeds, self.arrays())
+def checked_images(images: Sequence[bytes]) -> tuple[bytes, ...]:
+    """Return the bytes of each image. Raises MotorcadeError where one is damaged, or where these are no images."""
+    if isinstance(images, bytes | bytearray | memoryview):
+        raise MotorcadeError("images-not-in-a-list")
+    checked = []
+    for number, image in enumerate(to_list("images", images)):
+        if not isinstance(image, bytes | bytearray | memoryview):
+            raise not_allowed(f"images[{number}]", image, Phrase("bytes-of-an-image"))
+        checked.append(bytes(image))
+        parse_image_bytes(checked[-1])
+    return tuple(checked)
 
 
 def _check(mat: Mat, images: tuple[bytes, ...]) -> None:

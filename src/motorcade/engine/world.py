@@ -7,42 +7,52 @@ import hashlib
 import json
 import os
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
 import psutil
 from numpy.typing import NDArray
 
-from motorcade.config.profile import Profile
+from motorcade.config.arguments import instance_of, to_whole
+from motorcade.config.profile import Profile, built_in_profile
 from motorcade.engine import events as event_rows
 from motorcade.engine import layout
-from motorcade.engine.backend import NAMES, Backend, BackendName
+from motorcade.engine.backend import NAMES, Backend, BackendArray, BackendName
 from motorcade.engine.events import EVENT
 from motorcade.engine.moment import COLUMNS, Event, Moment
 from motorcade.engine.native import (
     SHARES_A_THREAD,
+    SHARES_OF_LONG_SLICES,
     STRIPS_A_THREAD,
     InterpretedKernels,
     NativeKernels,
     library_path,
 )
-from motorcade.engine.simulation import Simulation
+from motorcade.engine.saving import SavableSimulation
+from motorcade.engine.simulation import Simulation, checked_images
+from motorcade.engine.slices import CALL_S, Slices
 from motorcade.engine.state import MOST_PARTS
 from motorcade.errors import MotorcadeError
-from motorcade.mats import Mat, formation, open_table
+from motorcade.mats import Mat, check_mat, formation, open_table
+from motorcade.mats.document import check_things
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words, words_to_bytes
 
 # One thread is faster for a single world of fewer cars.
 _LARGE = 20_000
+_WHOLE_RUN = 1 << 62
+# The cars of many worlds from which on a run has long slices, and how long these are at most.
+_UNCACHED, _LONG_SLICE_S = 8_000, 1.5
 # WebAssembly addresses 4 GiB. Arrays that grow leave gaps, and the sizes here are estimates.
 _MOST_BYTES = 3 << 30
+_MOST_THREADS = 1024
 _PROOF_MS = 2_000
 # Beside the libraries: the digest of each, and of the proof.
 DIGESTS = "digests.json"
 
 
-class World(Simulation):
+class World(SavableSimulation):
     """Simulate cars on a mat; attributes as of Simulation.
 
     Args:
@@ -72,17 +82,47 @@ class World(Simulation):
         threads: int | None = None,
         kernels: BackendName | None = None,
     ) -> None:
-        self.threads = threads or processors()
-        cars, worlds = len(mat.starts), len(seeds) if isinstance(seeds, Sequence) else np.size(seeds)
+        profile = built_in_profile("classroom") if profile is None else instance_of(Profile, "profile", profile)
+        self._check_mat(instance_of(Mat, "mat", mat), profile)
+        self._open(mat, checked_images(images), profile, _as_list(seeds), events, threads, kernels)
+
+    def _open(
+        self,
+        mat: Mat,
+        images: Sequence[bytes],
+        profile: Profile,
+        seeds: Sequence[int],
+        events: bool,
+        threads: int | None,
+        kernels: BackendName | None,
+    ) -> None:
+        """Make the worlds on a mat that has been checked."""
+        self._given_threads, self._given_kernels = threads, kernels
+        self.threads = processors() if threads is None else to_whole("threads", threads, 1, _MOST_THREADS)
+        cars, worlds = len(mat.starts), len(seeds)
         needed = cars * worlds * layout.BYTES_A_CAR
         _check_memory(cars * worlds, needed)
         backend = open_backend(kernels, needed)
         self._is_large = backend.threaded and worlds == 1 and self.threads > 1 and cars >= _LARGE
         parts = min(STRIPS_A_THREAD * self.threads, MOST_PARTS) if self._is_large else None
-        shares = parts or SHARES_A_THREAD * min(self.threads, worlds)
-        super().__init__(
-            mat, images, profile, backend, seeds=_seed_list(seeds), events=events, parts=parts, shares=shares
-        )
+        working, self._kept = min(self.threads, worlds), list[NDArray[Any]]()
+        self._shares = SHARES_A_THREAD * working
+        # Worlds that don't fit into a processor's cache are simulated one after the other for long.
+        has_long_slices = backend.threaded and worlds > 1 and cars * worlds >= _UNCACHED and not events
+        if has_long_slices:
+            self._shares = min(SHARES_OF_LONG_SLICES * working, worlds)
+        shares = parts or self._shares
+        super().__init__(mat, images, profile, backend, seeds=seeds, events=events, parts=parts, shares=shares)
+        if has_long_slices:
+            longest_s = min(CALL_S * self._shares / working, _LONG_SLICE_S)
+            self._slices, self._can_go_back = Slices(cars * worlds, longest_s=longest_s), True
+
+    def _check_mat(self, mat: Mat, profile: Profile | None) -> None:
+        """Check what is around the cars and, for cars of a profile, their places."""
+        if profile is None:
+            check_things(mat)
+        else:
+            check_mat(mat, profile)
 
     @property
     def kernels(self) -> BackendName:
@@ -107,7 +147,12 @@ class World(Simulation):
 
     def reset(self, seeds: int | Sequence[int] | None = None) -> None:
         """Begin again, with other seeds where they are given (as many as there are worlds)."""
-        super().reset(None if seeds is None else _seed_list(seeds))
+        super().reset(None if seeds is None else _as_list(seeds))
+
+    def set_environment(self, mat: Mat, range_mm: int | None = None) -> None:
+        """Replace walls, obstacles, people, voices and physics; as `Simulation.set_environment`."""
+        self._check_mat(instance_of(Mat, "mat", mat), None)
+        super().set_environment(mat, range_mm)
 
     def snapshot(self, world: int = 0) -> Moment:
         """What the cars of a world show now, and what was counted in it since reset; columns are arrays of NumPy."""
@@ -133,7 +178,7 @@ class World(Simulation):
     def _events_of(self, world: int) -> NDArray[np.void]:
         rows = self.take_rows(world)
         taken = np.zeros(len(rows), EVENT)
-        taken["world"] = world
+        taken["world"], taken["run"] = world, self.run_number
         for name in Event._fields:
             taken[name] = rows[:, getattr(event_rows, name.upper())]
         return taken
@@ -143,15 +188,37 @@ class World(Simulation):
         totals = [self.totals(world) for world in range(self.worlds)]
         return {name: np.array([each[name] for each in totals], np.int64) for name in totals[0]}
 
-    def _call(self, ticks: int) -> None:
-        backend, moment = self.backend, (self._tick, ticks, self._spoken)
+    def _contents(self) -> list[tuple[BackendArray, Any]]:
+        if not self._can_go_back:
+            return super()._contents()
+        # New memory each time would take longer than the copy.
+        changing = self._changing()
+        if [kept.shape for kept in self._kept] != [column.shape for column in changing]:
+            self._kept = [np.empty(column.shape, column.dtype) for column in changing]
+        for kept, column in zip(self._kept, changing, strict=True):
+            np.copyto(kept, column)
+        return list(zip(changing, self._kept, strict=True))
+
+    def _longest_slice(self) -> int:
+        # What leads a large world can be stopped at any tick.
+        return super()._longest_slice() if self._keeps_events or not self._is_large else _WHOLE_RUN
+
+    def _advance(self, until: int) -> None:
+        advance = partial(super()._advance, until)
+        if self._is_large and isinstance(self.backend, NativeKernels):
+            self.backend.lead(advance)
+        else:
+            advance()
+
+    def _call(self, until: int) -> int:
+        backend, moment = self.backend, (until, self._spoken_at, self._spoken)
         if self._is_large and isinstance(backend, NativeKernels):
             scratch = backend.zeros("scratch", (self.threads, self.cars), "uint32")
-            backend.run_large(self.threads, *moment, self.arrays(), self._seeds, scratch)
-        elif self.worlds > 1 and isinstance(backend, NativeKernels):
-            backend.run(min(self.threads, self.worlds), *moment, self._seeds, self.arrays())
-        else:
-            super()._call(ticks)
+            return backend.run_large(self.threads, *moment, self.arrays(), self._seeds, scratch)
+        if self.worlds > 1 and isinstance(backend, NativeKernels):
+            backend.run(min(self.threads, self.worlds), self._shares, *moment, self._seeds, self.arrays())
+            return until
+        return super()._call(until)
 
 
 def open_backend(name: BackendName | None = None, needed_bytes: int = 0) -> Backend:
@@ -165,7 +232,7 @@ def open_backend(name: BackendName | None = None, needed_bytes: int = 0) -> Back
         MotorcadeError: there is no such backend, its library can't be used, or the world is too large for it.
         ModuleNotFoundError: wasmtime isn't installed.
     """
-    if name is not None and name not in NAMES:
+    if name is not None and (not isinstance(name, str) or name not in NAMES):
         raise MotorcadeError("kernels-unknown", name=name, allowed=", ".join(NAMES))
     if name == "interpreted":
         return InterpretedKernels()
@@ -224,6 +291,11 @@ def _check_memory(cars: int, needed: int) -> None:
         raise MotorcadeError("world-exceeds-memory", cars=cars, needed=needed / 1e9, free=free / 1e9)
 
 
-def _seed_list(seeds: int | Sequence[int]) -> list[int]:
-    found: list[int] = np.atleast_1d(np.asarray(seeds, np.int64)).tolist()
-    return found
+def _as_list(seeds: Any) -> Sequence[int]:
+    """Return the seeds; a single one as a list. Raises MotorcadeError: there are none."""
+    if getattr(seeds, "shape", None) == () or isinstance(seeds, str) or not hasattr(seeds, "__len__"):
+        return [seeds]
+    if not len(seeds):
+        raise MotorcadeError("world-without-seeds")
+    listed: Sequence[int] = seeds
+    return listed

@@ -38,7 +38,9 @@ MOST_BYTES = 1 << 24
 MOST_CHECKPOINTS = 1000
 
 # The packages that a run's outcome depends on.
-_HASHED = ("car", "config", "engine", "experiments", "mats", "words")
+_HASHED = ("car", "config", "devices", "engine", "experiments", "mats", "words")
+# The digests of the engine's libraries, which stand for what was compiled.
+_LIBRARIES = "engine/libraries/digests.json"
 
 
 @dataclass(frozen=True, slots=True)
@@ -262,7 +264,8 @@ def code_hash(more: tuple[str, ...] = ()) -> str:
     """
     root = Path(__file__).parents[1]
     digest = hashlib.sha256()
-    for path in sorted(path for package in (*_HASHED, *more) for path in (root / package).rglob("*.py")):
+    sources = [path for package in (*_HASHED, *more) for path in (root / package).rglob("*.py")]
+    for path in sorted([*sources, root / _LIBRARIES]):
         digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes().replace(b"\r\n", b"\n"))
     return digest.hexdigest()[:16]
 

@@ -26,7 +26,7 @@ import msgspec
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from motorcade.config.files import locked, replace_file
+from motorcade.config.files import locked, read_bytes, replace_file
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.experiments.plan import Plan
 from motorcade.experiments.task import run_task, table_schema
@@ -131,7 +131,7 @@ class Store:
         with locked(self.folder / _LOCK, MotorcadeError("sweep-is-running", file=self.path)):
             manifest = self.folder / _MANIFEST
             if manifest.exists():
-                contents = _contents(manifest.read_bytes(), MotorcadeError("sweep-file-damaged", file=manifest))
+                contents = _contents(read_bytes(manifest), MotorcadeError("sweep-file-damaged", file=manifest))
                 self._check(contents, self.folder.name, Phrase("other-table-or-delete"))
             else:
                 replace_file(manifest, json.dumps(self._plan.contents, indent=1).encode())
@@ -179,10 +179,13 @@ class Store:
             raise MotorcadeError("table-of-another-sweep", file=name, changed=changed[0], advice=advice)
 
 
-def read_rows(path: Path | BinaryIO, columns: list[str] | None = None) -> pa.Table:
-    """Read a sweep's table or part, or some of its columns. Raises MotorcadeError where it is damaged, and OSError."""
+def read_rows(path: Path | BinaryIO, columns: list[str] | None = None, repeating: list[str] | None = None) -> pa.Table:
+    """Read a sweep's table or part, or some of its columns. Raises MotorcadeError where it is damaged, and OSError.
+
+    ``repeating`` are columns whose equal values take memory once.
+    """
     with _damaged_as(MotorcadeError("sweep-file-damaged", file=path)):
-        return pq.read_table(path, columns=columns, page_checksum_verification=True)
+        return pq.read_table(path, columns=columns, read_dictionary=repeating, page_checksum_verification=True)
 
 
 def _contents_of(path: Path) -> dict[str, str]:

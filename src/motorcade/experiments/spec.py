@@ -7,7 +7,7 @@ import difflib
 import hashlib
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cache, lru_cache
 from pathlib import Path
@@ -202,7 +202,7 @@ class Sweep:
 
     Attributes:
         programs: projects and images, as the file names them, relative to it.
-        mats: mats likewise; EMPTY_TABLE is an unbounded plane.
+        mats: mats likewise, or projects with one of their own; EMPTY_TABLE is an unbounded plane.
         profile: that of the cars of an image; a project names its own.
         duration_ms: simulated time of each run.
         seeds: each parameter point runs once with each.
@@ -229,13 +229,16 @@ class Sweep:
         return len(self.programs) * len(self.mats) * self.points.count
 
 
-def read_sweep(path: Path) -> Sweep:
-    """Read the specification in a file. Raises MotorcadeError."""
-    return parse_sweep(read_text(path, path.name), path.name)
+def read_sweep(path: Path, has_own_mat: Callable[[str], bool] = lambda program: False) -> Sweep:
+    """Read the specification in a file, as `parse_sweep`. Raises MotorcadeError."""
+    return parse_sweep(read_text(path, path.name), path.name, has_own_mat)
 
 
-def parse_sweep(text: str, file: str) -> Sweep:
-    """Read the specification in TOML ``text``; errors name ``file`` and the place. Raises MotorcadeError."""
+def parse_sweep(text: str, file: str, has_own_mat: Callable[[str], bool] = lambda program: False) -> Sweep:
+    """Read the specification in TOML ``text``; errors name ``file`` and the place. Raises MotorcadeError.
+
+    Where it names no mats, the one of its programs that ``has_own_mat`` gives its mat, or else there is an empty table.
+    """
     try:
         document = parse(text, "TOML", file)
     except MotorcadeError as problem:
@@ -252,7 +255,7 @@ def parse_sweep(text: str, file: str) -> Sweep:
         raise MotorcadeError("not-allowed", file=file, place="seconds", value=shown(values["seconds"]), allowed=allowed)
     sweep = Sweep(
         programs=tuple(values["programs"]),
-        mats=tuple(values["mats"]),
+        mats=tuple(values.get("mats") or _own_mats(values["programs"], has_own_mat, file)),
         profile=values["profile"],
         duration_ms=duration_ms,
         seeds=_seeds(values["seeds"], file),
@@ -265,6 +268,14 @@ def parse_sweep(text: str, file: str) -> Sweep:
         counts |= {"seeds": len(sweep.seeds), "runs": sweep.runs}
         raise MotorcadeError("sweep-has-too-many-runs", file=file, **counts, most=MOST_RUNS)
     return sweep
+
+
+def _own_mats(programs: Sequence[str], has_own_mat: Callable[[str], bool], file: Text) -> list[str]:
+    """Return the mats of a sweep that names none. Raises MotorcadeError where several programs may give theirs."""
+    owners = [program for program in programs if has_own_mat(program)]
+    if owners and len(programs) > 1:
+        raise MotorcadeError("sweep-mats-unnamed", file=file, program=owners[0], empty=EMPTY_TABLE)
+    return owners or [EMPTY_TABLE]
 
 
 def _schema(document: dict[str, Any]) -> Schema:
@@ -287,10 +298,10 @@ def _schema(document: dict[str, Any]) -> Schema:
         "keywords": list_of(text),
     }
     return table(
-        ("grid", "sample", "citation"),
+        ("mats", "grid", "sample", "citation"),
         format=choice(FORMAT),
         programs=names,
-        mats={**names, "default": [EMPTY_TABLE]},
+        mats=names,
         profile=line(_LONGEST_NAME, default="classroom"),
         seconds=allowed_as("sweep-seconds", number(0.001, MOST_SECONDS), most=MOST_SECONDS),
         seeds={**seeds, "default": 1},

@@ -93,12 +93,24 @@ local FORMATS = {
 -- What is wrong with a computed field.
 local BAD = { check = "check is %d, but bits 31 to 6 give %d: a follower drops this frame", parity = "parity is %d, but the other bits give %d: a follower drops this frame", reserved = "%s is %d, but %s is 0: these bits are reserved in a bare word, a follower drops this frame" }
 
--- Formats that go over TCP, one word after the other, and their ports; 0 where only "Decode As" finds them. With a user
--- link type they are found in packets of that type, too.
-local STREAMS = { { name = "drive", port = 5005 }, { name = "lights", port = 0 }, { name = "frame", port = 0, user_link = 1 } }
+-- What goes over TCP, one word after the other: the formats of its words, which differ by their code, and the port; 0
+-- where only "Decode As" finds it. With a user link type it is found in packets of that type, too.
+local STREAMS = {
+  { name = "drive", formats = { "drive", "lights" }, codes = "1 (speed and direction), or 2 (lights and horn)", port = 5005 },
+  { name = "frame", formats = { "frame" }, port = 0, user_link = 1 },
+}
 
 local WORD_BYTES = 4
-local READBACK_REQUEST = 0x000000FF
+local READBACK_REQUEST = 255
+
+-- A check request announces the checksum of the next image: each word behind its header holds one byte.
+local CHECK_HEADER, CHECK_BYTES = 33751550, 24
+local CHECK_MARKS, CHECK_BYTE_AT = 16844802, 2
+-- A request is text behind a header: its kind, a number, a name, and a checksum in letters.
+local REQUEST_HEADER, REQUEST_BYTES = 4042322173, 48
+local KIND_AT, NAME_AT, SUM_AT = 4, 8, 40
+local KINDS = { a = "who are you", b = "blink", n = "take a name", s = "stop", g = "go" }
+local CHANGED = "the request was changed on the way: the car ignores it"
 
 local function raw_value(word, field)
   return math.floor(word / 2 ^ field.low) % 2 ^ (field.high - field.low + 1)
@@ -128,6 +140,29 @@ end
 
 local function refusal(name, raw, allowed)
   return string.format("%s is %d; allowed: %s", name, raw, allowed)
+end
+
+local function exclusive_or(a, b)
+  local result, bit = 0, 1
+  while a > 0 or b > 0 do
+    if a % 2 ~= b % 2 then result = result + bit end
+    a, b, bit = math.floor(a / 2), math.floor(b / 2), bit * 2
+  end
+  return result
+end
+
+-- Return zlib's CRC-32 of the bytes from `first` up to `behind`.
+local function crc32(tvb, first, behind)
+  local crc = 0xFFFFFFFF
+  for offset = first, behind - 1 do
+    crc = exclusive_or(crc, tvb:range(offset, 1):uint())
+    for _ = 1, 8 do
+      local is_odd = crc % 2 == 1
+      crc = math.floor(crc / 2)
+      if is_odd then crc = exclusive_or(crc, 0xEDB88320) end
+    end
+  end
+  return exclusive_or(crc, 0xFFFFFFFF)
 end
 
 -- Return a sentence with the first reason to refuse the values; nil where there is none.
@@ -258,13 +293,15 @@ end
 
 -- Make a protocol of words on a TCP connection, one after the other, towards the port; where there is a user link type,
 -- of words in packets of that type, too.
-local function stream(name, port, user_link)
-  local format = FORMATS[name]
-  local prefix = "motorcade_" .. name
-  local proto = Proto(prefix, "Motorcade " .. name .. " words")
-  local declared, infos = declare(prefix, format), experts(prefix)
-  local list = {}
-  add_all(list, declared)
+local function stream(name, format_names, codes, port, user_link)
+  local proto = Proto("motorcade_" .. name, "Motorcade " .. name .. " words")
+  local list, kinds = {}, {}
+  local infos = experts("motorcade_" .. name)
+  for _, format_name in ipairs(format_names) do
+    local declared = declare("motorcade_" .. format_name, FORMATS[format_name])
+    add_all(list, declared)
+    table.insert(kinds, { name = format_name, format = FORMATS[format_name], declared = declared })
+  end
   proto.fields = list
   proto.experts = { infos.refused, infos.warning }
   proto.prefs.port = Pref.uint("TCP port", port, "0 for none")
@@ -273,10 +310,24 @@ local function stream(name, port, user_link)
     proto.prefs.user_link = Pref.uint("User link type of captured words", user_link, "0 to 15, for DLT_USER0 to DLT_USER15")
   end
 
+  -- The first format refuses a code that none of them knows.
+  if codes then kinds[1].format.fields[1].allowed = codes end
+
+  -- Return the format that knows the word's code; the first where none does.
+  local function kind_of(word)
+    for _, kind in ipairs(kinds) do
+      local code = kind.format.fields[1]
+      if not code.only or code.only[raw_value(word, code)] then return kind end
+    end
+    return kinds[1]
+  end
+
   local function one_word(tvb, pinfo, tree)
     local range = tvb:range(0, WORD_BYTES)
-    local values, fault = show_word(range, tree, name, format, declared, infos, { little = proto.prefs.little })
-    pinfo.cols.info:append(" [" .. (fault or summary(values, format)) .. "]")
+    local kind = kind_of(proto.prefs.little and range:le_uint() or range:uint())
+    local options = { little = proto.prefs.little }
+    local values, fault = show_word(range, tree, kind.name, kind.format, kind.declared, infos, options)
+    pinfo.cols.info:append(" [" .. (fault or summary(values, kind.format)) .. "]")
     return WORD_BYTES
   end
 
@@ -287,7 +338,9 @@ local function stream(name, port, user_link)
     pinfo.cols.protocol = string.upper(name)
     pinfo.cols.info = "Motorcade"
     local subtree = tree:add(proto, tvb:range())
-    subtree:append_text(", fingerprint " .. format.fingerprint)
+    for _, kind in ipairs(kinds) do
+      subtree:append_text(", fingerprint of " .. kind.name .. " " .. kind.format.fingerprint)
+    end
     if on_tcp then
       dissect_tcp_pdus(tvb, subtree, WORD_BYTES, function() return WORD_BYTES end, one_word)
       return tvb:len()
@@ -321,29 +374,85 @@ local function image()
   local header = declare("motorcade_image.header", FORMATS.header)
   local control = declare("motorcade_image.control", FORMATS.control)
   local answer = ProtoField.string("motorcade_image.answer", "the car's answer")
+  local check = {
+    checksum = ProtoField.uint32("motorcade_image.check.checksum", "checksum of the next image", base.HEX),
+    number = ProtoField.uint8("motorcade_image.check.number", "number of the request"),
+  }
+  local request = {
+    kind = ProtoField.string("motorcade_image.request.kind", "what is asked"),
+    number = ProtoField.string("motorcade_image.request.number", "number of the request"),
+    name = ProtoField.string("motorcade_image.request.name", "name for the car"),
+  }
   local infos = experts("motorcade_image")
   local list = { answer }
+  add_all(list, check)
+  add_all(list, request)
   add_all(list, header)
   add_all(list, control)
   proto.fields = list
   proto.experts = { infos.refused, infos.warning }
   proto.prefs.user_link = Pref.uint("User link type of captured images", 0, "0 to 15, for DLT_USER0 to DLT_USER15")
 
-  local function is_request(tvb, offset)
-    return tvb:range(offset, WORD_BYTES):uint() == READBACK_REQUEST
-  end
-
-  local function is_header(tvb, offset)
-    local word = tvb:range(offset, WORD_BYTES):uint()
+  local function is_header(word)
     return fault_of(raw_values(word, FORMATS.header), FORMATS.header, true) == nil
   end
 
-  -- Return the length of the image that begins here in bytes; where no image does, the length of all bytes.
+  local function is_answer(tvb, offset)
+    local left = tvb:len() - offset
+    return left >= 4 and (tvb:range(offset, 3):string() == "OK " or tvb:range(offset, 4):string() == "ERR ")
+  end
+
+  -- Return the length in bytes of the line that begins here; of all bytes where its end isn't here.
+  local function line_length(tvb, offset)
+    local left = tvb:len() - offset
+    local line_end = tvb:range(offset, left):string():find("\n", 1, true)
+    return line_end or left
+  end
+
+  -- Return the length in bytes of what begins here; where nothing known does, the length of all bytes.
   local function length_at(tvb, _, offset)
-    if is_request(tvb, offset) then return WORD_BYTES end
-    if not is_header(tvb, offset) then return tvb:len() - offset end
-    local values = raw_values(tvb:range(offset, WORD_BYTES):uint(), FORMATS.header)
+    if is_answer(tvb, offset) then return line_length(tvb, offset) end
+    local word = tvb:range(offset, WORD_BYTES):uint()
+    if word == READBACK_REQUEST then return WORD_BYTES end
+    if word == CHECK_HEADER then return CHECK_BYTES end
+    if word == REQUEST_HEADER then return REQUEST_BYTES end
+    if not is_header(word) then return tvb:len() - offset end
+    local values = raw_values(word, FORMATS.header)
     return WORD_BYTES * (1 + values.leader_states + values.follower_words)
+  end
+
+  local function show_check(tvb, pinfo, tree)
+    local checksum, number, is_changed = 0, 0, tvb:len() ~= CHECK_BYTES
+    for offset = WORD_BYTES, tvb:len() - WORD_BYTES, WORD_BYTES do
+      checksum = (checksum * 256 + number) % 2 ^ 32
+      local rest = tvb:range(offset, WORD_BYTES):uint() - CHECK_MARKS
+      number = math.floor(rest / 2 ^ CHECK_BYTE_AT) % 256
+      is_changed = is_changed or rest ~= number * 2 ^ CHECK_BYTE_AT
+    end
+    pinfo.cols.info = string.format("Check request, the next image has the CRC-32 %08x", checksum)
+    tree:append_text(": check request")
+    tree:add(check.checksum, tvb:range(), checksum)
+    tree:add(check.number, tvb:range(), number)
+    if is_changed then tree:add_proto_expert_info(infos.refused, CHANGED) end
+  end
+
+  local function show_request(tvb, pinfo, tree)
+    if tvb:len() < REQUEST_BYTES then
+      tree:add_proto_expert_info(infos.refused, CHANGED)
+      return
+    end
+    local checksum = 0
+    for offset = SUM_AT, REQUEST_BYTES - 1 do
+      checksum = checksum * 16 + tvb:range(offset, 1):uint() % 16
+    end
+    local kind = tvb:range(KIND_AT, 1):string()
+    local name = tvb:range(NAME_AT, SUM_AT - NAME_AT):string(ENC_UTF_8):gsub(" +$", "")
+    pinfo.cols.info = "Request: " .. (KINDS[kind] or kind) .. " " .. name
+    tree:append_text(": request")
+    tree:add(request.kind, tvb:range(KIND_AT, 1), KINDS[kind] or kind)
+    tree:add(request.number, tvb:range(KIND_AT + 1, 2))
+    if name ~= "" then tree:add(request.name, tvb:range(NAME_AT, SUM_AT - NAME_AT), name) end
+    if checksum ~= crc32(tvb, KIND_AT, SUM_AT) then tree:add_proto_expert_info(infos.refused, CHANGED) end
   end
 
   local function show_words(tvb, pinfo, tree)
@@ -373,12 +482,19 @@ local function image()
     item:append_text(", fingerprints " .. FORMATS.header.fingerprint .. " " .. FORMATS.control.fingerprint)
     if tvb:len() < WORD_BYTES then
       item:add_proto_expert_info(infos.refused, "the image is cut off: not even a header word is here")
-    elseif is_request(tvb, 0) then
-      pinfo.cols.info = "Request to send the image back"
-      item:append_text(": request to send the image back")
-    elseif tvb:range(0, 3):string() == "OK " or tvb:range(0, 4):string() == "ERR " then
+      return tvb:len()
+    end
+    local word = tvb:range(0, WORD_BYTES):uint()
+    if is_answer(tvb, 0) then
       pinfo.cols.info = tvb:range():string()
       item:add(answer, tvb:range())
+    elseif word == READBACK_REQUEST then
+      pinfo.cols.info = "Request to send the image back"
+      item:append_text(": request to send the image back")
+    elseif word == CHECK_HEADER then
+      show_check(tvb, pinfo, item)
+    elseif word == REQUEST_HEADER then
+      show_request(tvb, pinfo, item)
     else
       show_words(tvb, pinfo, item)
     end
@@ -398,6 +514,6 @@ local function image()
 end
 
 for _, each in ipairs(STREAMS) do
-  stream(each.name, each.port, each.user_link)
+  stream(each.name, each.formats, each.codes, each.port, each.user_link)
 end
 image()

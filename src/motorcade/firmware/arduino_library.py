@@ -6,14 +6,17 @@ import zipfile
 from collections.abc import Iterable
 from pathlib import Path
 
-from motorcade.config.pins import INPUTS, PinMap, VoiceMap
+from motorcade.config.pins import CHIPS, INPUTS, PinMap, VoiceMap
 from motorcade.config.profile import Profile, levels_of
 from motorcade.errors import MotorcadeError
 
 LIBRARY = "Motorcade"
-PLATFORMS = ("arduino-uno", "arduino-mega")
-# The example whose sketch serves every car.
+# The chips that the library has everything for. On the others a car sends no infrared and hears no voice.
+WHOLE_CARS = ("arduino-uno", "arduino-mega")
+PLATFORMS = (*WHOLE_CARS, "esp32", "rp2040")
+# The examples whose sketches serve every car: that of a whole one, and of another.
 SKETCH = "examples/Uno/Uno.ino"
+ANY_SKETCH = "examples/AnyBoard/AnyBoard.ino"
 SETTINGS = "car.h"
 OWN_SKETCH = "Car"
 _SUFFIXES = (".ino", ".h", ".c", ".cpp", ".txt", ".properties", ".toml")
@@ -22,8 +25,13 @@ _NO_PIN = "NO_PIN"
 _LONGEST_PATTERN = 16
 _FASTEST_VOICE_BAUD = 19200
 _UNO = PLATFORMS[0]
-# How avr-gcc names the chip of each board.
-_AVR_NAMES = {"arduino-uno": ("ATmega328P", "ATmega328"), "arduino-mega": ("ATmega2560", "ATmega1280")}
+# What the compilers define for each chip. All chips of the ESP32's family are ARDUINO_ARCH_ESP32, with other pins.
+_MACROS = {
+    "arduino-uno": ("__AVR_ATmega328P__", "__AVR_ATmega328__"),
+    "arduino-mega": ("__AVR_ATmega2560__", "__AVR_ATmega1280__"),
+    "esp32": ("CONFIG_IDF_TARGET_ESP32",),
+    "rp2040": ("ARDUINO_ARCH_RP2040",),
+}
 
 
 def library_folder() -> Path:
@@ -57,7 +65,8 @@ def sketch_files(
     Raises:
         MotorcadeError: no Arduino car can be wired like this.
     """
-    sketch = (library_folder() / SKETCH).read_text(encoding="utf-8")
+    example = SKETCH if pins.chip.name in WHOLE_CARS else ANY_SKETCH
+    sketch = (library_folder() / example).read_text(encoding="utf-8")
     sketch = re.sub(r"(?<=bool LEADS = )\w+", "true" if is_leader else "false", sketch)
     sketch = re.sub(r"(?<=uint32_t NUMBER = )\w+", f"{number}U" if number >> 15 else str(number), sketch)
     folder = f"examples/{OWN_SKETCH}"
@@ -67,12 +76,29 @@ def sketch_files(
     }
 
 
-def settings_header(pins: PinMap, profile: Profile, voice: VoiceMap | None = None, for_any_board: bool = False) -> str:
+def settings_header(pins: PinMap, profile: Profile, voice: VoiceMap | None = None) -> str:
     """Return car.h, in which a sketch finds its pins, levels, duties and voice patterns. Raises as sketch_files.
 
-    On another AVR than the pin file's it doesn't compile, unless ``for_any_board``: a pin there may have another use.
+    On another chip than the pin file's it doesn't compile: a pin there may have another use.
     """
     _check(pins, voice)
+    # A backslash at a line's end would join the next line to the comment.
+    name = pins.name.replace("\\", "/")
+    about = f"// Made from the pin file of '{name}' by motorcade arduino-library: don't edit."
+    return _header([about], _guard(pins), pins, profile, voice)
+
+
+def blank_header(profile: Profile) -> str:
+    """Return the car.h of a board that nobody knows yet: it names no pin."""
+    about = [
+        "// The pins of your car: write your board's numbers instead of NO_PIN, for the parts that it has. A motor has",
+        "// forward, backward, enable; floor has left, right. Leave alone the pins that the board itself needs, for",
+        "// its flash memory or its USB line: its manual names them.",
+    ]
+    return _header(about, [], PinMap("", CHIPS[0], ()), profile, None)
+
+
+def _header(about: list[str], guard: list[str], pins: PinMap, profile: Profile, voice: VoiceMap | None) -> str:
     fields = {
         "levels": _list(levels_of(profile)),
         "baud": profile.serial.baud,
@@ -97,15 +123,13 @@ def settings_header(pins: PinMap, profile: Profile, voice: VoiceMap | None = Non
     for data, word in voice.patterns if voice else ():
         escaped = "".join(f"\\{byte:03o}" for byte in data)
         patterns.append(f'    {{"{escaped}", {len(data)}, {word}}},')
-    # A backslash at a line's end would join the next line to the comment.
-    name = pins.name.replace("\\", "/")
     return "\n".join(
         [
-            f"// Made from the pin file of '{name}' by motorcade arduino-library: don't edit.",
+            *about,
             "#ifndef MOTORCADE_CAR_SETTINGS",
             "#define MOTORCADE_CAR_SETTINGS",
             "",
-            *([] if for_any_board else _guard(pins)),
+            *guard,
             "#include <MotorcadeSettings.h>",
             "",
             "using motorcade::NO_PIN;",
@@ -138,11 +162,11 @@ def write_library(output: Path, files: dict[str, bytes]) -> None:
 
 
 def _guard(pins: PinMap) -> list[str]:
-    names = " && ".join(f"!defined(__AVR_{name}__)" for name in _AVR_NAMES[pins.chip.name])
+    names = " && ".join(f"!defined({name})" for name in _MACROS[pins.chip.name])
     return [
-        f"#if defined(__AVR__) && {names}",
-        f'#error "This sketch is for the pins of an {pins.chip.title}. Choose that board in the menu Tools, or the '
-        f'sketch for your own board."',
+        f"#if {names}",
+        f'#error "This sketch is for the pins of this board: {pins.chip.title}. Choose it in the menu Tools. For '
+        f'another board begin with the example AnyBoard."',
         "#endif",
         "",
     ]
@@ -153,7 +177,9 @@ def _check(pins: PinMap, voice: VoiceMap | None) -> None:
         raise MotorcadeError("no-arduino-for-chip", car=pins.name, known=" / ".join(PLATFORMS), chip=pins.chip.title)
     if pins.has("serial"):
         raise MotorcadeError("arduino-serial-is-usb", car=pins.name)
-    able = pins.chip.only["left_motor.enable"]
+    if pins.has("voice") and pins.chip.name not in WHOLE_CARS:
+        raise MotorcadeError("arduino-without-voice", car=pins.name, chip=pins.chip.title)
+    able = pins.chip.only.get("left_motor.enable", pins.chip.header)
     for wire in pins.wires:
         has_enable = pins.pin(wire.device.key, "enable") is not None
         is_pulsed = wire.device.key in ("left_motor", "right_motor") and not has_enable

@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import re
 import struct
 from ast import literal_eval
 from collections.abc import Callable, Iterator
@@ -12,7 +13,7 @@ from mpremote.transport import TransportError, TransportExecError
 from mpremote.transport_serial import SerialTransport
 
 from motorcade.errors import MotorcadeError
-from motorcade.upload.serial_port import open_error
+from motorcade.upload.serial_port import open_error, port_name, serial_line
 
 _BAUD = 115200
 # Few enough for the memory of a small board, which gets them as a literal of up to four times the length.
@@ -21,8 +22,10 @@ _ANSWER_WITHIN_S = 5
 _FACTS = """import os, sys
 space = os.statvfs('/')
 bytecode = getattr(sys.implementation, '_mpy', 0) & 255
-print([sys.platform, list(sys.implementation[1]), space[0], space[0] * space[3], bytecode])
+machine = getattr(sys.implementation, '_machine', '')
+print([sys.platform, list(sys.implementation[1]), space[0], space[0] * space[3], bytecode, machine])
 """
+_OTHER_ESP32 = re.compile("ESP32-?[SCHP][0-9]")
 _LISTING = """import os
 def show(folder):
     for entry in os.ilistdir(folder):
@@ -39,9 +42,10 @@ except OSError:
 
 
 class Facts(NamedTuple):
-    """A board's sys.platform, MicroPython's version, flash block and free flash, and the version of .mpy that it reads.
+    """A board's sys.platform, MicroPython's version, flash block and free flash, the version of .mpy, and its machine.
 
-    That version is 0 where it reads none.
+    The version of .mpy is 0 where the board reads none. The machine is a text such as ``Raspberry Pi Pico 2 with
+    RP2350``, empty on an old MicroPython.
     """
 
     platform: str
@@ -49,6 +53,18 @@ class Facts(NamedTuple):
     block_bytes: int
     free_bytes: int
     bytecode: int
+    machine: str = ""
+
+    @property
+    def chip(self) -> str:
+        """The chip's name in pin files, or what the board calls its chip where that is another one.
+
+        All of the ESP32's family have its platform, but other pins.
+        """
+        if self.platform == "rp2":
+            return "rp2350" if "RP2350" in self.machine else "rp2040"
+        relative = _OTHER_ESP32.search(self.machine)
+        return relative[0] if relative else self.platform
 
 
 class BoardPrompt:
@@ -157,7 +173,7 @@ class BoardPrompt:
 
 def _opened(port: str) -> SerialTransport:
     try:
-        transport = SerialTransport(port, baudrate=_BAUD, timeout=_ANSWER_WITHIN_S)
+        transport = SerialTransport(port_name(port), baudrate=_BAUD, timeout=_ANSWER_WITHIN_S)
     except ValueError:
         raise MotorcadeError("not-a-port-name", port=port) from None
     except (TransportError, OSError):
@@ -169,7 +185,7 @@ def _opened(port: str) -> SerialTransport:
 def _why_closed(port: str) -> MotorcadeError:
     """Open the port once more to find out why it can't be opened, since mpremote gives no reason."""
     try:
-        serial.serial_for_url(port, exclusive=True).close()
+        serial_line(port).close()
     except (serial.SerialException, OSError) as problem:
         return open_error(port, problem)
     return MotorcadeError("no-micropython-answers", port=port)

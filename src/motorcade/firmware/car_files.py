@@ -16,8 +16,8 @@ from motorcade.config.profile import Profile, levels_of
 from motorcade.errors import MotorcadeError
 
 MAIN = "main.py"
-# The value of sys.platform on each chip.
-PLATFORMS = {"esp32": "esp32", "rp2040": "rp2"}
+# Which chip's pin files each chip takes: a Pico 2 has the pins of a Pico.
+PIN_FILES = {"esp32": "esp32", "rp2040": "rp2040", "rp2350": "rp2040"}
 _ESP32_UARTS = {"serial": 1, "voice": 2}
 # An ESP32's second UART sends on this pin, even if it is set up only to receive.
 _ESP32_VOICE_SENDS_AT = 17
@@ -68,10 +68,9 @@ def settings_of(
     Raises:
         MotorcadeError: no MicroPython car can be wired like this.
     """
-    if pins.chip.name not in PLATFORMS:
-        raise MotorcadeError(
-            "no-micropython-for-chip", car=pins.name, known=" / ".join(PLATFORMS), chip=pins.chip.title
-        )
+    if pins.chip.name not in PIN_FILES.values():
+        known = " / ".join(sorted(set(PIN_FILES.values())))
+        raise MotorcadeError("no-micropython-for-chip", car=pins.name, known=known, chip=pins.chip.title)
     settings: dict[str, Any] = {
         "format": SETTINGS_FORMAT,
         "name": pins.name,

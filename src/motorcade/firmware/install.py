@@ -15,7 +15,7 @@ from motorcade.boards.on_chip.power_on import KEYS_NEED_VERSION, NEEDED_VERSION
 from motorcade.config.pins import PinMap, load_pins
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.firmware.board_prompt import BoardPrompt, Facts
-from motorcade.firmware.car_files import LIBRARY, MAIN, PLATFORMS, board_files, templates
+from motorcade.firmware.car_files import LIBRARY, MAIN, PIN_FILES, board_files, templates
 
 _FOREIGN_MAIN = "main_before_motorcade.py"
 # What mpy-cross makes; MicroPython 1.19 and later read it.
@@ -57,13 +57,13 @@ def car_files(settings: dict[str, Any], bytecode: int = BYTECODE_VERSION) -> dic
 
 
 def default_pins(chip: str) -> PinMap:
-    """Read the pin file that comes with Motorcade for a chip of PLATFORMS."""
-    return load_pins(templates() / f"{chip}.toml")
+    """Read the pin file that comes with Motorcade for a chip of PIN_FILES."""
+    return load_pins(templates() / f"{PIN_FILES[chip]}.toml")
 
 
 def install(
     port: str,
-    pins: Path | None,
+    pins: PinMap | None,
     settings_for: Callable[[PinMap], dict[str, Any]],
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Installed:
@@ -71,21 +71,20 @@ def install(
 
     Args:
         port: a serial port, such as /dev/ttyUSB0.
-        pins: the car's pin file; None for the one that comes for the board's chip.
+        pins: the car's; None for those that come for the board's chip.
         settings_for: gives the settings of a car with such pins (`motorcade.firmware.car_files.settings_of`).
         progress: called with the number of bytes copied and of all that have to be copied.
 
     Raises:
         MotorcadeError: the pin file can't be used, settings_for refuses it, or something went wrong at the board.
     """
-    chosen = load_pins(pins) if pins else None
-    if chosen:
-        settings_for(chosen)
+    if pins:
+        settings_for(pins)
     prompt = BoardPrompt(port)
     try:
         facts = prompt.facts()
-        chip = _chip(port, facts, chosen)
-        settings = settings_for(chosen or default_pins(chip))
+        chip = _chip(port, facts, pins)
+        settings = settings_for(pins or default_pins(chip))
         _check_version(port, facts, KEYS_NEED_VERSION if "keys" in settings else NEEDED_VERSION)
         files = car_files(settings, facts.bytecode)
         differing = {path: data for path, data in files.items() if prompt.checksum(f"/{path}") != sha256(data).digest()}
@@ -103,12 +102,11 @@ def install(
 
 
 def _chip(port: str, facts: Facts, chosen: PinMap | None) -> str:
-    found = next((chip for chip, platform in PLATFORMS.items() if platform == facts.platform), None)
+    found = facts.chip
     wanted = chosen.chip.name if chosen else None
-    if found is None or (wanted and wanted != found):
-        first, second = PLATFORMS.values()
-        reason = Phrase("pin-file-is-for", chip=wanted) if wanted else Phrase("cars-run-on", first=first, second=second)
-        raise MotorcadeError("another-chip", port=port, found=facts.platform, wanted=reason)
+    if found not in PIN_FILES or (wanted and wanted != PIN_FILES[found]):
+        reason = Phrase("pin-file-is-for", chip=wanted) if wanted else Phrase("cars-run-on", chips=", ".join(PIN_FILES))
+        raise MotorcadeError("another-chip", port=port, found=found, wanted=reason)
     return found
 
 

@@ -1,21 +1,30 @@
 """Many cars: all are asked, loaded, stopped and let go side by side; nobody waits for those that are away.
 
 They are found by multicast DNS (RFC 6762, 6763) and at serial ports.
+
+An announcement is a stranger's word: it says where something may be, and the address itself has to answer what that is.
+So each address that was ever announced is asked as a car and as a drive server, whatever it was announced as, until it
+answers in one of these ways; no later announcement or withdrawal changes that. Only so many are asked at once, hosts in
+turn (`motorcade.fleet.found`). Whoever announces more than is kept gives up places before others do, and
+`Cars.problem` says that the list isn't whole.
 """
 
 import asyncio
 import ipaddress
-import ssl
+import re
 from collections.abc import AsyncIterator, Callable, Iterable, Sequence
 from contextlib import asynccontextmanager, nullcontext, suppress
 from functools import partial
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Self
 
+from motorcade.drive.keys import DriverContext
 from motorcade.errors import MotorcadeError
 from motorcade.extras import install_command
 from motorcade.fleet.contact import CarStatus, Contact, DriveContact, Verdict
-from motorcade.fleet.places import CAR, CLASS, DRIVE, SERVICE, STUDIO, Place, check_name, network_place, safe_name
+from motorcade.fleet.found import Found, Turns
+from motorcade.fleet.places import CLASS, DRIVE, SERVICE, STUDIO, Place, check_name, network_place, safe_name
+from motorcade.sockets import LAST_PORT
 from motorcade.upload.serial_port import BOARD, ports
 from motorcade.upload.transfer import NEW
 from motorcade.words.request import NAME
@@ -23,16 +32,24 @@ from motorcade.words.request import NAME
 if TYPE_CHECKING:
     from zeroconf.asyncio import AsyncZeroconf
 
-# How many places are kept; announcements of a hostile host fill no more.
+# So many places that somebody named are kept, and so many addresses that were announced.
 MOST_CARS = 2048
+MOST_FOUND = 2 * MOST_CARS
+_MOST_AT_ONCE = 128
+# So many of them begin at once, so that others who use the event loop notice nothing.
+_BEGIN_AT_ONCE = 64
 # So many cars are loaded at once; more doesn't pay (`benchmarks/room.py`).
 _AT_ONCE = 64
 _LOOK_S = 0.02
-# How many announcements of one host are believed, and how many are looked up at once.
-_MOST_OF_A_HOST = 64
-_MOST_LOOKED_UP = 32
+# So many classes and studios are shown.
+_MOST_OTHERS = 64
+# So many announcements wait until they are looked up; an incomplete one, for which others have to be asked, waits for
+# one of the places where that is done.
 _MOST_WAITING = 4096
+_MOST_LOOKED_UP = 32
 _LOOK_UP_MS = 2000
+# So many addresses of one record are believed.
+_MOST_HOSTS = 16
 _PORTS_EVERY_S = 1.0
 ALL = "all"
 
@@ -44,49 +61,78 @@ class Cars:
         places: where cars are known to be; `add` takes more.
         tls: a driver's keys, for cars that require them (`motorcade.drive.keys.client_context`).
         baud: of serial ports, bits a second.
+
+    Attributes:
+        most_at_once: how many announced addresses are asked at once; few, since others may use this process too.
+        contacts: by port or address: the places that somebody named, serial ports, and each way in which an address
+            that was announced is asked.
     """
 
-    def __init__(self, places: Iterable[Place] = (), tls: ssl.SSLContext | None = None, baud: int = 115200) -> None:
+    def __init__(self, places: Iterable[Place] = (), tls: DriverContext | None = None, baud: int = 115200) -> None:
+        self.most_at_once = _MOST_AT_ONCE
         self._tls = tls
         self._baud = baud
         self._places = list(places)
         # STOP or GO, the last order; empty where there was none.
         self._ordered = ""
-        # By port or address.
         self.contacts: dict[str, Contact] = {}
         self._tasks: dict[str, asyncio.Task[None]] = {}
         # The address that the host of a named place has.
         self._reached: dict[str, str] = {}
+        self._found: dict[str, Found] = {}
+        self._by_host: dict[str, dict[str, Found]] = {}
+        self._turns = Turns()
+        self._has_turn = asyncio.Event()
+        self._was_left_out = False
 
     async def __aenter__(self) -> Self:
         for place in self._places:
             self.add(place)
+        self._tasks[""] = asyncio.create_task(self._take_turns())
         return self
 
     async def __aexit__(self, *_: object) -> None:
-        for task in self._tasks.values():
+        for found in self._found.values():
+            found.cancel()
+        tasks = list(self._tasks.values())
+        for task in tasks:
             task.cancel()
-        if self._tasks:
+        if tasks:
             # Not by gather, which would make another's cancellation its own.
-            await asyncio.wait(list(self._tasks.values()))
+            await asyncio.wait(tasks)
+
+    @property
+    def problem(self) -> MotorcadeError | None:
+        """Why the list isn't whole; None where it is."""
+        if self._was_left_out or self._has_untried():
+            return MotorcadeError("list-not-whole", count=len(self._found), most=MOST_FOUND)
+        return None
 
     def add(self, place: Place) -> None:
-        """Ask also at ``place``; at most `MOST_CARS` places are kept."""
+        """Ask also at ``place``; `problem` says it where there are too many."""
+        if place.found and place.host:
+            self._add_found(place)
+            return
+        self._forget(place.address)
         at = place.address
-        is_known = at in self.contacts or (place.found and at in self._reached.values())
-        if not is_known and len(self.contacts) < MOST_CARS:
-            contact = (DriveContact if place.kind == DRIVE else Contact)(place, self._tls, self._baud)
-            if not place.found:
-                contact.reached = partial(self._reach, at)
-            if self._ordered:
-                contact.order(self._ordered)
-            self.contacts[at], task = contact, asyncio.create_task(contact.run())
-            self._tasks[at] = task
-            # What proves to be no car is forgotten.
-            task.add_done_callback(lambda ended: self.remove(at) if self._tasks.get(at) is ended else None)
+        if at in self.contacts:
+            return
+        if len(self.contacts) - 2 * len(self._found) >= MOST_CARS:
+            self.leave_out()
+            return
+        contact = (DriveContact if place.kind == DRIVE else Contact)(place, self._tls, self._baud)
+        if not place.found:
+            contact.reached = partial(self._reach, at)
+        if self._ordered:
+            contact.order(self._ordered)
+        self.contacts[at], task = contact, asyncio.create_task(contact.run())
+        self._tasks[at] = task
+        # What proves to be no car is forgotten.
+        task.add_done_callback(lambda ended: self.remove(at) if self._tasks.get(at) is ended else None)
 
     def remove(self, address: str) -> None:
         """Forget a place that was found, such as a serial port that was unplugged; one that somebody named stays."""
+        self._forget(address)
         if address in self.contacts and self.contacts[address].place.found:
             del self.contacts[address]
             self._tasks.pop(address).cancel()
@@ -97,19 +143,125 @@ class Cars:
         if address != named:
             self.remove(address)
 
+    def leave_out(self) -> None:
+        """Note that something was announced which isn't asked."""
+        self._was_left_out = True
+
+    # What was announced
+
+    def _add_found(self, place: Place) -> None:
+        at = network_place(place.host, place.port).address
+        is_named = at in self.contacts or f"drive://{at}" in self.contacts or at in self._reached.values()
+        found = self._found.get(at)
+        if found is None:
+            if is_named or not self._make_place(place.host):
+                return
+            found = self._found[at] = Found(place, self._tls and self._tls.any_car, self._baud)
+            self._by_host.setdefault(place.host, {})[at] = found
+            for way in found.ways:
+                self.contacts[way.place.address] = way
+                if self._ordered:
+                    way.order(self._ordered)
+            self._wait(found)
+        found.announce(place)
+
+    def _make_place(self, host: str) -> bool:
+        """Forget an address where all places are taken: one of whoever has most. False where none gives way."""
+        if len(self._found) < MOST_FOUND:
+            return True
+        self.leave_out()
+        most = max(self._by_host.values(), key=len)
+        if len(most) > len(self._by_host.get(host, ())) + 1:
+            # The last first: so many that have not answered are not all cars.
+            leaving = next((each for each in reversed(most.values()) if not each.has_answered), None)
+        else:
+            leaving = next((each for each in self._found.values() if each.again and not each.has_answered), None)
+        if leaving:
+            self._forget(leaving.address)
+        return leaving is not None
+
+    def _forget(self, address: str) -> None:
+        found = self._found.pop(address.removeprefix("drive://"), None)
+        if found:
+            found.cancel()
+            for way in found.ways:
+                del self.contacts[way.place.address]
+            of_host = self._by_host[found.host]
+            del of_host[found.address]
+            if not of_host:
+                del self._by_host[found.host]
+            self._turns.forget(found.host, found.address)
+            self._has_turn.set()
+            if task := self._tasks.pop(found.address, None):
+                task.cancel()
+
+    def _wait(self, found: Found) -> None:
+        """Let an address wait for its turn."""
+        found.cancel()
+        self._turns.wait(found.host, found.address)
+        self._has_turn.set()
+
+    async def _take_turns(self) -> None:
+        while True:
+            self._has_turn.clear()
+            for _ in range(_BEGIN_AT_ONCE):
+                if not self._turns.host or not self._has_slot():
+                    break
+                self._begin(self._found[self._turns.begin()])
+            else:
+                self._has_turn.set()
+            await asyncio.sleep(_LOOK_S)
+            await self._has_turn.wait()
+
+    def _has_slot(self) -> bool:
+        """Whether one more may be asked; where all are used by others, one of whoever has most is asked later."""
+        if len(self._turns) < self.most_at_once:
+            return True
+        asked = self._turns.most()
+        if asked:
+            at = next((each for each in asked if not self._found[each].has_answered), asked[-1])
+            self._tasks.pop(at).cancel()
+            self._wait(self._found[at])
+        return bool(asked)
+
+    def _begin(self, found: Found) -> None:
+        task = self._tasks[found.address] = asyncio.create_task(found.attempt())
+
+        def end(ended: asyncio.Task[None]) -> None:
+            if self._tasks.get(found.address) is not ended:
+                return
+            del self._tasks[found.address]
+            self._turns.forget(found.host, found.address)
+            self._has_turn.set()
+            found.again = asyncio.get_running_loop().call_later(found.pause_s, self._wait, found)
+
+        task.add_done_callback(end)
+
+    def _has_untried(self) -> bool:
+        """Whether an address still waits for its first try."""
+        return any(not found.was_tried and at not in self._tasks for at, found in self._found.items())
+
+    def _shown(self) -> list[Contact]:
+        """Return all places that somebody named, serial ports, and what was announced as a car or answered."""
+        named = [each for each in self.contacts.values() if not (each.place.found and each.place.host)]
+        return named + [way for found in self._found.values() for way in found.shown()]
+
+    # What is known of them, and orders
+
     def statuses(self) -> list[CarStatus]:
         """Return what is known of each car, by name."""
-        return sorted((each.status() for each in self.contacts.values()), key=lambda each: (each.name, each.where))
+        return sorted((each.status() for each in self._shown()), key=lambda each: (each.name, each.where))
 
     async def known(self, within_s: float) -> None:
         """Wait until each car has answered or failed once, at most ``within_s``."""
-        await self._until(lambda: all(each.is_known.is_set() for each in self.contacts.values()), within_s)
+        await self._until(lambda: all(each.is_known.is_set() for each in self._shown()), within_s)
 
     async def confirmed(self, within_s: float) -> list[CarStatus]:
         """Wait until each car has confirmed the last order, at most ``within_s``; return those that haven't."""
-        await self._until(lambda: not any(each.wanted for each in self.contacts.values()), within_s)
-        wanting = {each.place.address for each in self.contacts.values() if each.wanted}
-        return [each for each in self.statuses() if each.where in wanting]
+        await self._until(lambda: not (self._has_untried() or any(each.wanted for each in self._shown())), within_s)
+        return sorted(
+            (each.status() for each in self._shown() if each.wanted), key=lambda each: (each.name, each.where)
+        )
 
     def named(self, names: Sequence[str]) -> list[Contact]:
         """Return the cars of these names or addresses; ``all`` is every car that takes programs.
@@ -117,14 +269,15 @@ class Cars:
         Raises MotorcadeError: nobody has a name, or two cars have it.
         """
         if ALL in names:
-            return [each for each in self.contacts.values() if each.place.kind != DRIVE]
+            return [each for each in self._shown() if each.place.kind != DRIVE]
         return [self._named(name) for name in dict.fromkeys(names)]
 
     def _named(self, name: str) -> Contact:
-        # What somebody wrote counts before what a car, maybe a stranger's, says.
-        known = self.contacts.values()
+        # What somebody wrote counts before what a car, maybe a stranger's, says; what a stranger announces doesn't.
+        known = self._shown()
         written = [each for each in known if name in (each.place.address, each.place.name) and not each.place.found]
-        found = written or [each for each in known if name in (each.place.address, each.name)]
+        answered = [each for each in known if each.has_answered or not each.place.found]
+        found = written or [each for each in answered if name in (each.place.address, each.name)]
         if not found:
             raise MotorcadeError("no-such-car", car=safe_name(name))
         if len(found) > 1:
@@ -140,6 +293,9 @@ class Cars:
         self._ordered = kind
         for contact in self.contacts.values():
             contact.order(kind)
+        for found in self._found.values():
+            if found.again:
+                self._wait(found)
 
     async def ask(self, names: Sequence[str], kind: str, new: str = "") -> None:
         """Make cars BLINK for 5 s, or give one the NAME ``new``, which it keeps. Raises MotorcadeError."""
@@ -188,14 +344,19 @@ class Finder:
 
     Attributes:
         others: names and addresses of classes and studios in the network.
-        problem: why the network can't be looked through, or not all that is announced is believed; None otherwise.
+        problem: why the network can't be looked through, or not all that is announced is shown; None otherwise.
     """
 
     def __init__(self, cars: Cars) -> None:
         self.others: dict[str, Place] = {}
-        self.problem: MotorcadeError | None = None
+        self._problem: MotorcadeError | None = None
         self._cars = cars
-        self._found: asyncio.Queue[str] = asyncio.Queue(_MOST_WAITING)
+        self._announced: asyncio.Queue[str] = asyncio.Queue(_MOST_WAITING)
+        self._incomplete: asyncio.Queue[str] = asyncio.Queue(_MOST_WAITING)
+
+    @property
+    def problem(self) -> MotorcadeError | None:
+        return self._problem or self._cars.problem
 
     @asynccontextmanager
     async def looking(self, interfaces: Sequence[str] = ()) -> AsyncIterator[None]:
@@ -231,51 +392,69 @@ class Finder:
 
             network = AsyncZeroconf(interfaces=list(interfaces) or InterfaceChoice.All)
         except ModuleNotFoundError:
-            self.problem = MotorcadeError("finding-needs-zeroconf", command=install_command("fleet"))
+            self._problem = MotorcadeError("finding-needs-zeroconf", command=install_command("fleet"))
             return
         except OSError as problem:
-            self.problem = MotorcadeError("network-not-searched", reason=problem)
+            self._problem = MotorcadeError("network-not-searched", reason=problem)
             return
 
         def note(name: str, **_: Any) -> None:
-            with suppress(asyncio.QueueFull):
-                self._found.put_nowait(name)
+            self._put(self._announced, name)
 
         browser = AsyncServiceBrowser(network.zeroconf, SERVICE, handlers=[note])
+        asked = (self._look_up(network) for _ in range(_MOST_LOOKED_UP))
         try:
-            await asyncio.gather(*(self._look_up(network) for _ in range(_MOST_LOOKED_UP)))
+            await asyncio.gather(self._read(network), *asked)
         finally:
             await browser.async_cancel()
             await network.async_close()
 
+    def _put(self, queue: asyncio.Queue[str], name: str) -> None:
+        try:
+            queue.put_nowait(name)
+        except asyncio.QueueFull:
+            self._cars.leave_out()
+
+    async def _read(self, network: "AsyncZeroconf") -> None:
+        """Take what is announced with its address; the rest has to be looked up, and keeps nobody waiting."""
+        while True:
+            name = await self._announced.get()
+            if not await self._take_record(network, name, 0):
+                self._put(self._incomplete, name)
+            # Else a flood of records would leave others who use the event loop no turn.
+            await asyncio.sleep(0)
+
     async def _look_up(self, network: "AsyncZeroconf") -> None:
+        while True:
+            await self._take_record(network, await self._incomplete.get(), _LOOK_UP_MS)
+
+    async def _take_record(self, network: "AsyncZeroconf", name: str, within_ms: int) -> bool:
+        """Take the address that belongs to a name, if it is known ``within_ms``."""
         from zeroconf.asyncio import AsyncServiceInfo
 
-        while True:
-            name = await self._found.get()
-            # zeroconf refuses what a hostile host makes of a name.
-            with suppress(Exception):
-                info = AsyncServiceInfo(SERVICE, name)
-                if await info.async_request(network.zeroconf, _LOOK_UP_MS) and info.port:
-                    self._take(info.parsed_addresses(), info.port, info.decoded_properties)
+        # zeroconf refuses what a hostile host makes of a name.
+        with suppress(Exception):
+            info = AsyncServiceInfo(SERVICE, name)
+            if not await info.async_request(network.zeroconf, within_ms):
+                return False
+            if info.port:
+                self._take(info.parsed_addresses(), info.port, info.decoded_properties)
+        return True
 
     def _take(self, hosts: list[str], port: int, properties: dict[str, str | None]) -> None:
-        host = next((each for each in hosts if _is_near(each)), "")
         kind, name, telemetry = (properties.get(key) or "" for key in ("kind", "name", "telemetry"))
-        known = [*(each.place for each in self._cars.contacts.values()), *self.others.values()]
-        others = [each for each in known if each.host == host]
-        if not host or port in [each.port for each in others]:
-            return
-        if len(others) >= _MOST_OF_A_HOST:
-            self.problem = MotorcadeError("announces-too-many", host=host, count=_MOST_OF_A_HOST)
-            return
-        telemetry_port = int(telemetry) if telemetry.isdecimal() and len(telemetry) < 6 else 0
-        place = network_place(host, port, safe_name(name), kind, telemetry_port)
-        place = place._replace(keys=properties.get("keys") or "", found=True)
-        if kind in (CAR, DRIVE):
+        telemetry_port = int(telemetry) if re.fullmatch("[0-9]{1,5}", telemetry) else 0
+        if not 0 < telemetry_port <= LAST_PORT:
+            # The place is asked all the same: what a stranger says hides no car.
+            telemetry_port = min(port + 1, LAST_PORT)
+        for host in filter(_is_near, hosts[:_MOST_HOSTS]):
+            place = network_place(host, port, safe_name(name), kind, telemetry_port)._replace(found=True)
             self._cars.add(place)
-        elif kind in (CLASS, STUDIO) and len(self.others) < _MOST_OF_A_HOST:
-            self.others[place.address] = place
+            if kind in (CLASS, STUDIO) and place.address not in self.others:
+                if len(self.others) < _MOST_OTHERS:
+                    self.others[place.address] = place
+                else:
+                    self._cars.leave_out()
 
 
 def _is_near(host: str) -> bool:

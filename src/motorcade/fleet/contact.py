@@ -9,9 +9,10 @@ from time import monotonic
 from typing import NamedTuple
 
 from motorcade.drive.client import DriveClient
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.fleet.link import Answer, Link, connect
 from motorcade.fleet.places import Place, safe_name
+from motorcade.sockets import LAST_PORT
 from motorcade.upload.transfer import OLD, holds_phrase, is_busy, upload_error
 from motorcade.words.request import ASK, STOP
 
@@ -21,11 +22,15 @@ MISSES = 3
 AWAY_S = BEAT_S * (MISSES + 0.4)
 # What a car holds that couldn't be reached, besides what `motorcade.upload.transfer` tells.
 AWAY = "away"
-_AGAIN_S = 0.5
+_AGAIN_S, _STRANGE_S = 0.5, 5.0
 # How often a drive server's orders and telemetry are looked at.
 _ORDER_S = 0.05
 # How often an upload begins whose connection breaks, and how long a car may take to be back.
 _TRIES = 3
+# At so many ports an announced drive server is asked for telemetry.
+_TELEMETRY_PORTS = 4
+# For so long it may be silent there, so long where it takes keys.
+_TELEMETRY_S, _TLS_TELEMETRY_S = 1.0, 3.0
 _BACK_S = 5.0
 
 
@@ -83,13 +88,17 @@ class Contact:
     Attributes:
         is_known: set once the car has answered, or a try to reach it has failed.
         wanted: STOP or GO until the car has confirmed it: it gets that first when it is back.
+        was_reached: whether the last try made a connection; True where that isn't known.
+        answered: called with each answer.
         reached: called with the address that the place's host has, ``HOST:PORT``, whenever it is reached.
     """
 
     def __init__(self, place: Place, tls: ssl.SSLContext | None, baud: int) -> None:
         self.place = place
         self.reached: Callable[[str], None] = lambda address: None
+        self.answered: Callable[[], None] = lambda: None
         self.is_known = asyncio.Event()
+        self.was_reached = True
         self.wanted = ""
         self._tls = tls
         self._baud = baud
@@ -100,6 +109,16 @@ class Contact:
         self._heard_s: float | None = None
         self._problem: MotorcadeError | None = None
         self._loads = self._orders = 0
+
+    @property
+    def has_answered(self) -> bool:
+        """Whether the car has ever answered."""
+        return self._heard_s is not None
+
+    @property
+    def answers(self) -> bool:
+        """Whether the car is connected and answers."""
+        return self._answers.is_set()
 
     @property
     def name(self) -> str:
@@ -146,20 +165,32 @@ class Contact:
     async def run(self) -> None:
         """Stay connected, and ask again and again until cancelled; return where what nobody named is no car."""
         while True:
-            try:
-                with closing(await connect(self.place, self._tls, self._baud)) as link:
-                    if link.address:
-                        self.reached(link.address)
-                    await self._use(link)
-            except MotorcadeError as problem:
-                self._problem = problem
-                if problem.code == "no-car-at-port" and self.place.found:
-                    return
-            finally:
-                self._link = None
-                self._answers.clear()
-                self.is_known.set()
-            await asyncio.sleep(_AGAIN_S)
+            await self.attempt()
+            if self.place.found and self._problem and self._problem.code == "no-car-at-port":
+                return
+            await asyncio.sleep(self.pause_s)
+
+    @property
+    def pause_s(self) -> float:
+        """How long until the next try; whoever was no car, by what it said, costs little."""
+        is_strange = self._problem is not None and self._problem.code == "no-car-at-port"
+        return _STRANGE_S if is_strange else _AGAIN_S
+
+    async def attempt(self) -> None:
+        """Connect once, and ask again and again until the connection ends."""
+        self.was_reached = False
+        try:
+            with closing(await connect(self.place, self._tls, self._baud)) as link:
+                self.was_reached = True
+                if link.address:
+                    self.reached(link.address)
+                await self._use(link)
+        except MotorcadeError as problem:
+            self._problem = problem
+        finally:
+            self._link = None
+            self._answers.clear()
+            self.is_known.set()
 
     async def load(self, image: bytes, progress: "Callable[[Contact, int], None]") -> Verdict:
         """Upload ``image``, again where the connection breaks; ``progress`` gets the number of bytes sent so far."""
@@ -181,10 +212,17 @@ class Contact:
                 # What a try before has left isn't old for certain.
                 holds = transfer.holds
             if transfer.outcome is None:
-                error = MotorcadeError("went-away", port=self.name, holds=holds_phrase(holds))
+                holding = holds_phrase(holds)
+                if self.place.host:
+                    reason = Phrase("connection-ended")
+                    error = MotorcadeError("connection-broke", port=self.name, reason=reason, holds=holding)
+                else:
+                    error = MotorcadeError("went-away", port=self.name, holds=holding)
                 self._answers.clear()
+                if link.is_strange:
+                    break
                 continue
-            error = upload_error(self.name, transfer.outcome, holds)
+            error = upload_error(self.name, transfer.outcome, holds, in_network=bool(self.place.host))
             if not is_busy(transfer.outcome):
                 break
             await asyncio.sleep(BEAT_S)
@@ -235,6 +273,7 @@ class Contact:
         self._heard_s = monotonic()
         self.is_known.set()
         self._answers.set()
+        self.answered()
 
 
 class DriveContact(Contact):
@@ -242,14 +281,22 @@ class DriveContact(Contact):
 
     def __init__(self, place: Place, tls: ssl.SSLContext | None, baud: int) -> None:
         super().__init__(place, tls, baud)
-        name = (place.keys or place.name or None) if tls else None
-        self._client = DriveClient(place.host, place.port, telemetry_port=place.telemetry_port, keys=tls, car=name)
+        self._client: DriveClient | None = None
+        # Where telemetry may be: whoever announces an address may announce another port than its server does.
+        self._telemetry_ports = [place.telemetry_port]
+
+    def add_telemetry_port(self, port: int) -> None:
+        """Look for telemetry at this port too, first; of many the oldest is left out, but not the usual one."""
+        usual = [self.place.port + 1] if self.place.port < LAST_PORT else []
+        others = [other for other in self._telemetry_ports if other not in (port, *usual)]
+        self._telemetry_ports = list(dict.fromkeys([port, *others[: _TELEMETRY_PORTS - 2], *usual]))
 
     def status(self) -> CarStatus:
-        telemetry, known = self._client.telemetry, super().status()
+        known = super().status()
+        telemetry = self._client.telemetry if self._client else None
         if telemetry is None:
             return known
-        return known._replace(state=telemetry.state, battery_mv=telemetry.battery_mv, away=False)
+        return known._replace(state=safe_name(telemetry.state or ""), battery_mv=telemetry.battery_mv, away=False)
 
     async def ask(self, kind: str, name: str = "") -> None:
         raise MotorcadeError("car-only-drives", car=self.name)
@@ -257,22 +304,46 @@ class DriveContact(Contact):
     async def load(self, image: bytes, progress: "Callable[[Contact, int], None]") -> Verdict:
         return Verdict(self.name, self.place.address, OLD, MotorcadeError("car-only-drives", car=self.name))
 
-    async def run(self) -> None:
-        client = self._client
+    @property
+    def answers(self) -> bool:
+        return bool(self._client and self._client.telemetry)
+
+    async def attempt(self) -> None:
+        """Stay connected; return where what nobody named sends no telemetry at any of its ports."""
+        for port in list(self._telemetry_ports):
+            await self._attempt_at(port)
+
+    async def _attempt_at(self, port: int) -> None:
+        place, begin_s = self.place, monotonic()
+        client = self._client = DriveClient(
+            place.host, place.port, telemetry_port=port, keys=self._tls, car=place.name if self._tls else None
+        )
         client.begin()
         try:
-            while True:
+            while not place.found or monotonic() - max(begin_s, self._heard_s or 0.0) < self._patience_s:
                 self._problem = client.problem
-                self._heard_s = monotonic() if client.telemetry else self._heard_s
                 if client.telemetry or client.problem:
                     self.is_known.set()
+                if client.telemetry:
+                    self._heard_s = monotonic()
+                    self.answered()
                 if client.telemetry and (kind := self.wanted):
                     with suppress(MotorcadeError):
                         await (client.stop() if kind == STOP else client.clear())
                         self.wanted = "" if self.wanted == kind else self.wanted
+                if place.found and client.problem and not self.has_answered:
+                    return
                 await asyncio.sleep(_ORDER_S)
         finally:
+            self.is_known.set()
             await client.end()
+
+    @property
+    def _patience_s(self) -> float:
+        """For how long what nobody named may be silent."""
+        if self.has_answered:
+            return AWAY_S
+        return _TLS_TELEMETRY_S if self._tls else _TELEMETRY_S
 
 
 def _number(text: str | None, base: int) -> int | None:

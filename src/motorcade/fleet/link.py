@@ -1,4 +1,8 @@
-"""A connection to one car, by a network or a serial port: requests and their answers, and one upload beside them."""
+"""A connection to one car, by a network or a serial port: requests and their answers, and one upload beside them.
+
+The other end may be anything. It is read in pieces of at most 4 KiB, so that others who use the event loop have their
+turns; and it is no car once it has sent more, or more lines, that are no answers than a board that starts may send.
+"""
 
 import asyncio
 import secrets
@@ -22,9 +26,12 @@ from motorcade.words.upload import printable
 CONNECT_S = 1.5
 # A microcontroller waits for a moment in which it may stand still, and then computes for a second.
 _HANDSHAKE_S = 6.0
-# A device that says so much, or so many lines, that are no answers is no car.
+# So much is read at once; no line of a car is as long.
 _MOST_BYTES = 4096
+# A device that says so many lines that are no answers is no car; so many, and so much, in an upload, whose answers are
+# among them.
 _MOST_LINES = 40
+_MOST_LINES_OF_UPLOAD, _MOST_BYTES_OF_UPLOAD = 1000, 1 << 16
 # Where the text of a request begins, which a prompt shows, and what erases a character there.
 _TEXT_AT = 4
 _ERASE = b"\x7f"
@@ -35,7 +42,7 @@ _SILENCE_S, _LONGEST_NOISE_S = 0.4, 3.0
 Answer = dict[str, str] | MotorcadeError
 
 
-class Link(asyncio.Protocol):
+class Link(asyncio.BufferedProtocol):
     """A connection to a car. Use it in one event loop.
 
     Args:
@@ -56,8 +63,10 @@ class Link(asyncio.Protocol):
         self._answers: dict[str, asyncio.Future[Answer]] = {}
         self._rest = self._echo = b""
         self._strange_lines = 0
-        # What came for an upload; None where there is none.
-        self._uploaded: bytes | None = None
+        self._buffer = bytearray(_MOST_BYTES)
+        # What came for an upload since it was looked at; None where there is none. And all that came for it.
+        self._uploaded: list[bytes] | None = None
+        self._upload_lines = self._upload_bytes = 0
         self._came = asyncio.Event()
         self._transport: asyncio.WriteTransport
 
@@ -73,10 +82,10 @@ class Link(asyncio.Protocol):
     async def upload(self, image: bytes, sent: Callable[[int], None]) -> Transfer:
         """Upload an image. Returns the transfer: its outcome, or None where the connection ended, and what it holds."""
         transfer = UploadTransfer(image, self._baud, True, secrets.randbelow(256), sent)
-        self._uploaded = b""
+        self._uploaded, self._upload_lines, self._upload_bytes = [], 0, 0
         try:
             while True:
-                data, self._uploaded = self._uploaded, b""
+                data, self._uploaded = b"".join(self._uploaded), []
                 self._write(transfer.step(data, monotonic_ms()))
                 if transfer.outcome is not None or self.ended.done():
                     return transfer
@@ -128,28 +137,42 @@ class Link(asyncio.Protocol):
         for answer in self._answers.values():
             answer.cancel()
 
-    def data_received(self, data: bytes) -> None:
+    def get_buffer(self, sizehint: int) -> bytearray:
+        return self._buffer
+
+    def buffer_updated(self, nbytes: int) -> None:
         self.heard = True
-        if self._echo and self._echo in self._rest + data:
+        data = self._rest + self._buffer[:nbytes]
+        if self._echo and self._echo in data:
             # A prompt, such as MicroPython's. Nothing that it was sent ended a line, and it is erased again.
             self._write(_ERASE * len(self._echo))
-            self.is_strange = True
-            self.close()
+            self._end_strange()
             return
-        *lines, self._rest = (self._rest + data).split(b"\n")
+        *lines, self._rest = data.split(b"\n")
         for line in lines:
             self._take_line(line)
+            if self._is_too_much():
+                break
         self._came.set()
-        if self._strange_lines >= _MOST_LINES or len(self._rest) > _MOST_BYTES:
-            self.is_strange = True
-            self.close()
+        if self._is_too_much() or len(self._rest) > _MOST_BYTES:
+            self._end_strange()
+
+    def _is_too_much(self) -> bool:
+        of_upload = self._upload_lines > _MOST_LINES_OF_UPLOAD or self._upload_bytes > _MOST_BYTES_OF_UPLOAD
+        return of_upload or self._strange_lines >= _MOST_LINES
+
+    def _end_strange(self) -> None:
+        self.is_strange = True
+        self.close()
 
     def _take_line(self, line: bytes) -> None:
         fields = read_answer(line)
         answered = fields.get("car", "") if fields else ""
         result: Answer | None = fields
         if not answered and self._uploaded is not None:
-            self._uploaded += line + b"\n"
+            self._uploaded.append(line + b"\n")
+            self._upload_lines += 1
+            self._upload_bytes += len(line)
             return
         if line.startswith(b"ERR ") and self._answers:
             # A car that doesn't know the request can't say which one it refuses: the first.
@@ -174,16 +197,18 @@ async def connect(place: Place, tls: ssl.SSLContext | None, baud: int) -> Link:
             transport, link = await loop.create_connection(lambda: Link(0), place.host, place.port)
         if tls:
             # In the car's keys is its own name, or its address.
-            name = place.keys or place.name or place.host
+            name = place.name or place.host
             starting = loop.start_tls(transport, link, tls, server_hostname=name, ssl_handshake_timeout=_HANDSHAKE_S)
             secured = await starting
             assert secured
             link.connection_made(secured)
-    except ssl.SSLError:
-        raise MotorcadeError("car-keys-refused", address=place.address) from None
-    except (OSError, UnicodeError):
+    except ssl.SSLError as problem:
+        # It answers without TLS.
+        code = "car-takes-no-keys" if problem.reason == "WRONG_VERSION_NUMBER" else "car-keys-refused"
+        raise MotorcadeError(code, address=place.address) from None
+    except (OSError, UnicodeError) as problem:
         # UnicodeError: no host can have that name.
-        raise MotorcadeError("no-car-at-address", port=place.address) from None
+        raise MotorcadeError("no-car-at-address", port=place.address, reason=problem) from None
     return link
 
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from motorcade.config.files import parse, read_text
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import install_command
-from motorcade.sockets import DRIVE_PORT, host_and_port, way_out
+from motorcade.sockets import DRIVE_PORT, host_and_port, port_behind, way_out
 
 if TYPE_CHECKING:
     from zeroconf import Zeroconf
@@ -37,10 +37,9 @@ class Place(NamedTuple):
     Attributes:
         address: a serial port, such as /dev/ttyUSB0, or HOST:PORT.
         name: what the list or the announcement calls the car; text of a stranger, made safe by `safe_name`.
-        kind: CAR, or DRIVE for a drive server.
+        kind: CAR, or DRIVE for a drive server; what announces itself may say anything.
         host, port: where it is in a network; host is empty for a serial port.
         telemetry_port: of a drive server.
-        keys: the name in its keys, as it announces that; empty where it doesn't.
         found: whether it was found, and named by nobody: then it may be no car.
     """
 
@@ -50,7 +49,6 @@ class Place(NamedTuple):
     host: str = ""
     port: int = 0
     telemetry_port: int = 0
-    keys: str = ""
     found: bool = False
 
 
@@ -72,10 +70,15 @@ def place_of(address: str, name: str = "") -> Place:
 
 
 def network_place(host: str, port: int, name: str = "", kind: str = CAR, telemetry_port: int = 0) -> Place:
-    """Return a place in a network; ``telemetry_port`` of a drive server is the next port unless given."""
+    """Return a place in a network; ``telemetry_port`` of a drive server is the next port unless given.
+
+    Raises MotorcadeError where there is no next port.
+    """
     shown = f"[{host}]" if ":" in host else host
     address = f"drive://{shown}:{port}" if kind == DRIVE else f"{shown}:{port}"
-    return Place(address, name, kind, host, port, telemetry_port or min(port + 1, 65535))
+    if kind == DRIVE:
+        telemetry_port = telemetry_port or port_behind(port)
+    return Place(address, name, kind, host, port, telemetry_port)
 
 
 def read_list(path: Path) -> list[Place]:
@@ -126,7 +129,7 @@ def announced(
         listener: the address and the port where it listens. What only this computer reaches is announced to nobody,
             except with ``on_loopback``.
         problem: called in another thread where that isn't possible; others then need a list.
-        properties: more for those who find it, as `Place` has it: ``telemetry``, ``keys``.
+        properties: more for those who find it: ``telemetry``, the port of a drive server; ``keys``, the name in them.
     """
     host, port = listener
     address = ipaddress.ip_address(host.partition("%")[0])

@@ -2,13 +2,18 @@
 
 A capsule is a ZIP file. Its comment is the SHA-256 of all bytes before it, so no byte can change unnoticed. Programs
 are stored as images and mats with the place of each car, so that neither the compiler's nor the mats' rules matter.
+
+Anybody can make a capsule with a seal that fits. So nothing in it is compressed, its table has as many rows as the
+sweep has runs, and whatever has another shape than it ought to makes it no capsule.
 """
 
 import hashlib
 import io
 import json
 import platform
+import struct
 import zipfile
+import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import asdict
@@ -16,10 +21,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import msgspec
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 
 from motorcade import __version__
-from motorcade.config.files import replace_file
+from motorcade.config.files import decoded, parse, read_bytes, replace_file
 from motorcade.config.profile import profile_from_dict
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.experiments.plan import Plan, code_hash
@@ -27,10 +35,17 @@ from motorcade.experiments.run import ProgressBar, Workers, read_rows
 from motorcade.experiments.spec import parse_sweep
 from motorcade.experiments.task import DIGESTS, checkpoint_ticks
 from motorcade.mats.document import cars_of, document_of, mat_of
+from motorcade.words.image import parse_image_bytes
 
 FORMAT = "motorcade-capsule/1"
 _ABOUT, _SPEC, _TABLE, _CITATION = "capsule.json", "sweep.toml", "table.parquet", "CITATION.cff"
 _SEAL_BYTES = 64
+_MOST_BYTES = 1 << 30
+# What Python raises where a capsule has another shape than it ought to; msgspec's errors are ValueErrors.
+_MADE_UP = (
+    *(zipfile.BadZipFile, LookupError, ValueError, TypeError, AttributeError, ArithmeticError),
+    *(NotImplementedError, RuntimeError, EOFError, zlib.error, struct.error, msgspec.MsgspecError),
+)
 # What a capsule's citation says of Motorcade: fields of the repository's CITATION.cff.
 _MOTORCADE = {
     "type": "software",
@@ -38,6 +53,14 @@ _MOTORCADE = {
     "authors": [{"name": "The Motorcade maintainers"}],
     "license": "MIT",
 }
+
+
+class _About(msgspec.Struct):
+    """What a capsule says of itself."""
+
+    format: str
+    versions: dict[str, str]
+    checkpoints: int
 
 
 class RunDifference(NamedTuple):
@@ -98,15 +121,15 @@ def verify(path: Path, sample: int | None, workers: Workers, bar: ProgressBar) -
         OSError: the file can't be read.
     """
     with _opened(path) as archive:
-        about = json.loads(archive.read(_ABOUT))
-        if about["format"] != FORMAT:
-            raise MotorcadeError("capsule-of-another-format", file=path, format=about["format"], ours=FORMAT)
+        about = msgspec.json.decode(archive.read(_ABOUT), type=_About)
+        if about.format != FORMAT:
+            raise MotorcadeError("capsule-of-another-format", file=path, format=about.format[:40], ours=FORMAT)
         try:
             plan = _plan(archive, path.name, about)
         except MotorcadeError as problem:
-            made = about["versions"]["motorcade"]
+            made = about.versions["motorcade"][:40]
             raise MotorcadeError("capsule-formats-changed", file=path, version=made, reason=problem) from None
-        expected = read_rows(io.BytesIO(archive.read(_TABLE)), [DIGESTS])[DIGESTS]
+        expected = _digests(archive.read(_TABLE), plan.runs)
     if sample is not None and sample < plan.runs:
         plan = plan.of_runs([plan.runs * number // sample for number in range(sample)])
     first: dict[str, Any] | None = None
@@ -123,7 +146,9 @@ def verify(path: Path, sample: int | None, workers: Workers, bar: ProgressBar) -
 
 
 def _difference(plan: Plan, row: dict[str, Any], expected: bytes) -> RunDifference:
-    found, stored = (np.frombuffer(each, "<u8") for each in (row[DIGESTS], expected))
+    # Another number of bytes is a difference at the beginning.
+    stored_bytes = (expected or b"").ljust(len(row[DIGESTS]), b"\0")[: len(row[DIGESTS])]
+    found, stored = (np.frombuffer(each, "<u8") for each in (row[DIGESTS], stored_bytes))
     cell = row["run"] // len(plan.sweep.seeds)
     ticks = checkpoint_ticks(plan.sweep.duration_ms // plan.tick_ms(cell), plan.checkpoints)
     differs = (found != stored).reshape(len(ticks), -1)
@@ -136,15 +161,19 @@ def _difference(plan: Plan, row: dict[str, Any], expected: bytes) -> RunDifferen
 def _opened(path: Path) -> Iterator[zipfile.ZipFile]:
     """Open a capsule and check its seal."""
     try:
-        data = path.read_bytes()
+        data = read_bytes(path, _MOST_BYTES)
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             if len(archive.comment) != _SEAL_BYTES or _ABOUT not in archive.namelist():
                 raise MotorcadeError("not-a-capsule", file=path)
             if _sealed(data) != data:
                 part = archive.testzip()
                 raise MotorcadeError("capsule-changed", file=path, part=part or Phrase("capsule-directory"))
+            members = archive.infolist()
+            is_bare = all(each.compress_type == zipfile.ZIP_STORED for each in members)
+            if not is_bare or sum(each.file_size for each in members) > len(data):
+                raise MotorcadeError("not-a-capsule", file=path)
             yield archive
-    except (zipfile.BadZipFile, KeyError, ValueError, NotImplementedError):
+    except _MADE_UP:
         raise MotorcadeError("not-a-capsule", file=path) from None
 
 
@@ -153,18 +182,46 @@ def _sealed(data: bytes) -> bytes:
     return data[:-_SEAL_BYTES] + hashlib.sha256(data[:-_SEAL_BYTES]).hexdigest().encode()
 
 
-def _plan(archive: zipfile.ZipFile, name: str, about: dict[str, Any]) -> Plan:
+def _digests(table: bytes, runs: int) -> Any:
+    """Return the digests of all runs. Raises ValueError, MotorcadeError; a table may claim to be larger than memory."""
+    try:
+        about = pq.read_metadata(io.BytesIO(table))
+    except (pa.ArrowException, OSError):
+        raise ValueError("no table") from None
+    groups = [about.row_group(at) for at in range(about.num_row_groups)]
+    columns = [group.column(at) for group in groups for at in range(group.num_columns)]
+    size = sum(column.total_uncompressed_size for column in columns if column.path_in_schema == DIGESTS)
+    if about.num_rows != runs or size > _MOST_BYTES:
+        raise ValueError("another table")
+    # One value may stand for millions of rows.
+    digests = read_rows(io.BytesIO(table), [DIGESTS], [DIGESTS])[DIGESTS]
+    kind = digests.type.value_type if pa.types.is_dictionary(digests.type) else digests.type
+    if not pa.types.is_binary(kind):
+        raise ValueError("no digests")
+    return digests
+
+
+def _plan(archive: zipfile.ZipFile, name: str, about: "_About") -> Plan:
     """Make the plan of a capsule. Raises MotorcadeError: a format has changed."""
-    sweep = parse_sweep(archive.read(_SPEC).decode("utf-8-sig"), f"{name}/{_SPEC}")
     programs, there = [], set(archive.namelist())
+    # A sweep that names no mats may have had that of its only program.
+    sweep = parse_sweep(decoded(archive.read(_SPEC)), f"{name}/{_SPEC}", lambda program: "mats/0.json" in there)
     for number in range(len(sweep.programs)):
-        document = json.loads(archive.read(f"programs/{number}.profile.json"))
+        place = f"programs/{number}.profile.json"
+        document = parse(archive.read(place), "JSON", f"{name}/{place}")
         profile = profile_from_dict(document["profile"], document["name"])
-        programs.append((archive.read(f"programs/{number}.image"), profile))
+        image = archive.read(f"programs/{number}.image")
+        parse_image_bytes(image)
+        programs.append((image, profile))
     files = [f"mats/{number}.json" for number in range(len(sweep.mats))]
-    mats = [mat_of(json.loads(archive.read(each)), f"{name}/{each}") if each in there else None for each in files]
-    plan = Plan(sweep, programs, mats, about["versions"]["motorcade"], with_digests=True)
-    plan.checkpoints = about["checkpoints"]
+    mats = [
+        mat_of(parse(archive.read(each), "JSON", f"{name}/{each}"), f"{name}/{each}") if each in there else None
+        for each in files
+    ]
+    plan = Plan(sweep, programs, mats, about.versions["motorcade"], with_digests=True)
+    if not 1 <= about.checkpoints <= plan.checkpoints:
+        raise ValueError("more checkpoints than there can be")
+    plan.checkpoints = about.checkpoints
     return plan
 
 

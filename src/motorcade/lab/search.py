@@ -19,10 +19,11 @@ from random import Random
 from statistics import fmean
 from typing import Any, BinaryIO, Literal
 
+import msgspec
 import numpy as np
 from matplotlib.figure import Figure
 
-from motorcade.config.files import locked, replace_file
+from motorcade.config.files import locked, parse, read_bytes, replace_file
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.experiments.plan import code_hash
 from motorcade.experiments.run import ProgressBar, Workers, no_bar
@@ -35,6 +36,7 @@ from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program, count_blocks
 from motorcade.runs.drawing import picture_text
 
+_MOST_BYTES = 1 << 28
 FORMAT = "motorcade-search/1"
 # The map: coverage from left to right, words a minute upwards; more words count as the most.
 _CELLS, _MOST_WORDS = 10, 240.0
@@ -156,7 +158,7 @@ class ArchiveFile:
 
     def __init__(self, path: Path, contents: Mapping[str, str]) -> None:
         self.path = path
-        data = path.read_bytes() if path.exists() else b""
+        data = read_bytes(path, _MOST_BYTES) if path.exists() else b""
         whole = data[: data.rfind(b"\n") + 1]
         lines = [self._decoded(line, number) for number, line in enumerate(whole.splitlines(), start=1)]
         wanted = {"format": FORMAT, **contents}
@@ -181,8 +183,8 @@ class ArchiveFile:
         checksum, _, text = line.partition(b" ")
         try:
             if int(checksum, 16) == zlib.crc32(text):
-                return json.loads(text)
-        except ValueError:
+                return parse(text, "JSON", str(self.path))
+        except (ValueError, MotorcadeError):
             pass
         raise MotorcadeError("search-archive-damaged", file=self.path, line=number)
 
@@ -217,6 +219,27 @@ def do_task(task: GradingTask) -> bytes:
     if task.code != code_hash(GRADED_BY):
         raise MotorcadeError("worker-has-other-code")
     return json.dumps(grade_runs(task.mission, task.images, task.programs, task.seeds)).encode()
+
+
+class _TriedLine(msgspec.Struct):
+    program: dict[str, Any]
+    runs: list[Graded]
+
+
+class _BatchLine(msgspec.Struct):
+    programs: list[_TriedLine]
+
+
+def _outcomes(line: Any, batch: Sequence[Tried]) -> list[Graded] | None:
+    """Return what a line of the archive says of a batch; None where it isn't about these programs and runs."""
+    try:
+        tried = msgspec.convert(line, _BatchLine).programs
+    except msgspec.ValidationError:
+        return None
+    expected = [(each.program.as_dict(), len(seeds)) for each, seeds in batch]
+    if [(each.program, len(each.runs)) for each in tried] != expected:
+        return None
+    return [run for each in tried for run in each.runs]
 
 
 class Search:
@@ -281,10 +304,10 @@ class Search:
         for number, line in enumerate(archive.batches):
             if number not in self._batches:
                 break
-            programs = [each.program.as_dict() for each, _ in self._batches[number]]
-            if programs != [each["program"] for each in line["programs"]]:
+            runs = _outcomes(line, self._batches[number])
+            if runs is None:
                 raise MotorcadeError("search-archive-damaged", file=archive.path, line=number + 2)
-            self._take(number, [Graded(*run) for each in line["programs"] for run in each["runs"]])
+            self._take(number, runs)
         results: dict[int, list[Graded]] = {}
         with bar("runs", self.runs) as advance, closing(workers(self, self._numbers())) as finished:
             advance(min(self.done, self.runs))

@@ -5,19 +5,32 @@
 
 import math
 import secrets
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from motorcade.config.arguments import (
+    MOST_SEED,
+    instance_of,
+    not_allowed,
+    to_function,
+    to_list,
+    to_number,
+    to_truth,
+    to_whole,
+)
 from motorcade.engine import agents
 from motorcade.engine.geometry import FULL_TURN
+from motorcade.engine.simulation import checked_images
 from motorcade.engine.world import World
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.lab.starts import random_starts, starts_of
 from motorcade.mats import Mat
 from motorcade.mats.model import flags
+from motorcade.mats.schema import LAST_S
 from motorcade.missions.check import grade_of
 from motorcade.missions.document import built_in_mission
 from motorcade.missions.model import Mission
@@ -38,12 +51,18 @@ _OTHERS = {"accept_ir": 1, "motor_enable": 1, "motor_duration": 3}
 # Direction and speed for each number of the actions "wheels".
 _WHEELS = ((0, 0), *((direction, speed) for direction in range(3) for speed in (1, 2, 3)))
 # The columns of an observation, with the least and the largest value of each.
-_SENSED = dict.fromkeys(("person", "dark_left", "dark_right", "heard"), (0.0, 1.0)) | {"obstacle_m": (0.0, math.inf)}
+_SENSED = ("person", "dark_left", "dark_right", "heard", "obstacle_m")
 _HEARD = {f"heard_{name}": (0.0, float(field.maximum)) for name, field in FIELDS.items()}
-_POSE = {"x_m": (-math.inf, math.inf), "y_m": (-math.inf, math.inf), "heading": (0.0, math.tau)}
+_POSE = ("x_m", "y_m", "heading")
+# The engine counts micrometres in 32 bits.
+_FARTHEST_M = (1 << 31) / 1e6
 _MAT_S = 60.0
+_LONGEST_STEP_MS = 1_000_000
 _NO_PROGRAM = bytes(4)
-_SEEDS = 1 << 32
+# What `reset` may be told.
+RESET_OPTIONS = ("places", "images", "random_starts")
+# PettingZoo's own checks pass it.
+_WITHOUT_EFFECT = "options"
 
 
 class Readings(NamedTuple):
@@ -86,7 +105,10 @@ class Options:
         reward: of a step; None: by how much the mission's grade grows.
         pose: whether agents observe their place and heading.
         step_ms: how long an action lasts: a whole number of ticks.
-        seconds: how long an episode lasts; None: as long as the mission, or 60 s on a mat.
+        seconds: how long an episode lasts, more than 0; None: as long as the mission, or 60 s on a mat.
+
+    Raises:
+        MotorcadeError: a value is not allowed.
     """
 
     program: Program | None = None
@@ -95,6 +117,16 @@ class Options:
     pose: bool = False
     step_ms: int = 100
     seconds: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.program is not None:
+            instance_of(Program, "program", self.program)
+        if self.reward is not None:
+            to_function("reward", self.reward)
+        object.__setattr__(self, "pose", to_truth("pose", self.pose))
+        object.__setattr__(self, "step_ms", to_whole("step_ms", self.step_ms, 1, _LONGEST_STEP_MS))
+        if self.seconds is not None:
+            object.__setattr__(self, "seconds", to_number("seconds", self.seconds, 0.001, LAST_S))
 
 
 class SteppedWorlds:
@@ -107,6 +139,9 @@ class SteppedWorlds:
         is_by_fields: whether these are fields of words; else there is one number for the wheels.
         columns: the least and the largest value of each column of an observation, by name. What a car heard is 0
             where it heard nothing.
+        state_columns: the same of a car in `state`: it has the pose in any case.
+        step_ms: how long a step lasts.
+        has_begun: whether an episode has begun.
 
     Raises:
         MotorcadeError: an argument isn't allowed, or the world can't be simulated.
@@ -115,29 +150,44 @@ class SteppedWorlds:
     def __init__(self, task: EnvironmentSource, worlds: int, options: Options) -> None:
         program, step_ms = options.program, options.step_ms
         task = built_in_mission(task) if isinstance(task, str) else task
+        if not isinstance(task, Mission | Mat):
+            raise not_allowed("task", task, Phrase("mission-or-mat"))
+        worlds = to_whole("worlds", worlds, 1, MOST_SEED)
         mission = task if isinstance(task, Mission) else None
         mat, profile = (task.mat, task.profile) if isinstance(task, Mission) else (task, None)
-        self._image = compile_program(program, profile).image if program else _NO_PROGRAM
+        self._images = [compile_program(program, profile).image if program else _NO_PROGRAM]
         if program is None:
             mat = replace(mat, starts=replace(mat.starts, leads=flags([False] * len(mat.starts))))
         if step_ms < mat.tick_ms or step_ms % mat.tick_ms:
             raise MotorcadeError("step-not-in-ticks", step_ms=step_ms, tick_ms=mat.tick_ms)
         self.agents = np.flatnonzero(~np.asarray(mat.starts.leads))
-        if worlds < 1 or not len(self.agents):
-            raise MotorcadeError("environment-without-agents", worlds=worlds, agents=len(self.agents))
+        if not len(self.agents):
+            raise MotorcadeError("environment-without-agents")
         self._set_actions(options.actions)
-        self._has_pose = options.pose
-        self.columns = _SENSED | _HEARD | (_POSE if self._has_pose else {})
         self._reward = options.reward
         # The mission whose grade gives the rewards.
         self._watched = mission if options.reward is None else None
-        self.world = World(mat, [self._image], profile, seeds=range(worlds), events=self._watched is not None)
-        self._has_begun = False
-        self._next_seed = secrets.randbelow(_SEEDS)
-        self._step_ms = step_ms
-        length_s = options.seconds or (mission.duration_ms / 1000 if mission else _MAT_S)
-        self._end_ms = math.ceil(length_s * 1000 / step_ms) * step_ms
+        self.world = World(mat, self._images, profile, seeds=range(worlds), events=self._watched is not None)
+        self.has_begun = False
+        self._next_seed = secrets.randbelow(MOST_SEED)
+        self.step_ms = step_ms
+        length_s = options.seconds
+        if length_s is None:
+            length_s = mission.duration_ms / 1000 if mission else _MAT_S
+        self._length_ms = math.ceil(length_s * 1000 / step_ms) * step_ms
         self._range_m = self.world.profile.body.ultrasonic_range_mm / 1000
+        self.state_columns = self._limits(mat)
+        self.columns = {
+            name: limits for name, limits in self.state_columns.items() if options.pose or name not in _POSE
+        }
+
+    def _limits(self, mat: Mat) -> dict[str, tuple[float, float]]:
+        """The least and the largest value of each column that can be observed."""
+        wide_m = high_m = -_FARTHEST_M, _FARTHEST_M
+        if mat.walled and mat.size_m and mat.physics.collisions:
+            wide_m, high_m = (0.0, mat.size_m[0]), (0.0, mat.size_m[1])
+        sensed = dict.fromkeys(_SENSED, (0.0, 1.0)) | {"obstacle_m": (0.0, self._range_m)}
+        return sensed | _HEARD | {"x_m": wide_m, "y_m": high_m, "heading": (0.0, math.tau)}
 
     def _set_actions(self, actions: Actions) -> None:
         """Prepare to make words of actions: ``_shifts`` places the numbers of an action in ``_base``."""
@@ -146,11 +196,12 @@ class SteppedWorlds:
             words = [CONTROL.encode(**_OTHERS, motor_direction=way, motor_speed=speed) for way, speed in _WHEELS]
             self.choices, self._shifts, self._base = [len(words)], None, np.array(words, np.uint32)
             return
-        names = list(FIELDS) if actions == "words" else list(actions)
-        for name in names:
-            if name not in FIELDS:
-                allowed = ", ".join(("words", "wheels", *FIELDS))
-                raise MotorcadeError("option-not-allowed", option="actions", value=f"'{name}'", allowed=allowed)
+        names = list(FIELDS)
+        if actions != "words":
+            names = to_list("actions", actions)
+        for number, name in enumerate(names):
+            if not isinstance(name, str) or name not in FIELDS or name in names[:number]:
+                raise not_allowed("actions", name, ", ".join(("words", "wheels", *FIELDS)))
         fields = [FIELDS[name] for name in names]
         self.choices = [field.maximum + 1 for field in fields]
         self._shifts = np.array([field.low for field in fields], np.uint32)
@@ -160,24 +211,56 @@ class SteppedWorlds:
     @property
     def is_over(self) -> bool:
         """Whether the episode is over."""
-        return self.world.now_ms >= self._end_ms
+        return self.world.now_ms >= self._length_ms + self.world.tick_ms
 
-    def reset(self, seed: int | None) -> None:
+    def reset(self, seed: int | None, options: dict[str, Any] | None = None) -> None:
         """Begin an episode: world w has the seed ``seed`` + w; None: each has another one than before.
 
         The first tick is simulated, because cars are switched on in it.
+
+        Args:
+            seed: a whole number from 0 to 2^32 - 1, or None.
+            options: for this episode: ``places`` of all cars, for each a Pose or x, y and, unless it is 0, heading;
+                ``random_starts`` (true): places at random, by the seed of each world; ``images`` that the leaders run.
+
+        Raises:
+            MotorcadeError: an argument isn't allowed, or a car would stand in a wall or in another car.
         """
-        world, first = self.world, self._next_seed if seed is None else seed
-        self._next_seed, self._has_begun = first + world.worlds, True
-        world.reset([(first + number) % _SEEDS for number in range(world.worlds)])
+        first = self._next_seed if seed is None else to_whole("seed", seed, 0, MOST_SEED)
+        chosen = {} if options is None else instance_of(dict, "options", options)
+        self._check_reset(chosen)
+        world = self._world_with(checked_images(chosen.get("images", self._images)))
+        world.reset([(first + number) % (MOST_SEED + 1) for number in range(world.worlds)])
+        if chosen.get("random_starts"):
+            world.place_cars([random_starts(world.mat, world.profile, each) for each in world.seeds])
+        elif "places" in chosen:
+            world.place_cars([starts_of(chosen["places"], world.mat)] * world.worlds)
+        self.world, self._next_seed, self.has_begun = world, (first + world.worlds) % (MOST_SEED + 1), True
         # The word that each car had at the beginning of the step, and when it began that word.
         self._given = np.zeros((world.worlds, world.cars), np.uint32)
         self._begun_ms = np.zeros((world.worlds, world.cars), np.int64)
-        self._watches = [MissionWatch(self._watched, self._image) for _ in world.seeds] if self._watched else []
+        watched = self._watched
+        self._watches = [MissionWatch(watched, world.images[0]) for _ in world.seeds] if watched else []
         self._see()
         world.step()
         self._graded = self._grades()
         self._readings = self._read()
+
+    def _check_reset(self, options: Mapping[str, Any]) -> None:
+        for name in options:
+            if name not in (*RESET_OPTIONS, _WITHOUT_EFFECT):
+                raise not_allowed("options", name, ", ".join(RESET_OPTIONS))
+        if to_truth("random_starts", options.get("random_starts", False)) and "places" in options:
+            raise MotorcadeError("places-and-random-starts")
+        if "images" in options and not any(self.world.mat.starts.leads):
+            raise MotorcadeError("images-without-leaders")
+
+    def _world_with(self, images: tuple[bytes, ...]) -> World:
+        """The world, or another one whose leaders run other programs."""
+        world = self.world
+        if images == world.images:
+            return world
+        return World(world.mat, images, world.profile, seeds=world.seeds, events=self._watched is not None)
 
     def step(self, actions: Any, acts: Flags | None = None) -> Floats:
         """Let each agent begin the word of its action, and run the worlds for a step.
@@ -192,7 +275,7 @@ class SteppedWorlds:
         Raises:
             MotorcadeError: an action isn't allowed, or no episode has begun.
         """
-        if self.is_over or not self._has_begun:
+        if self.is_over or not self.has_begun:
             raise MotorcadeError("episode-has-not-begun")
         world, before = self.world, self._readings
         words = self._words_of(actions)
@@ -201,26 +284,54 @@ class SteppedWorlds:
         world.begin_words(given.astype("<u4").tobytes())
         self._given = np.where(given == agents.KEEP, self._given, given)
         self._begun_ms = np.where(given == agents.KEEP, self._begun_ms, world.now_ms)
-        end_ms = (world.now_ms // self._step_ms + 1) * self._step_ms
-        while world.now_ms < end_ms:
-            run_to_next(world, end_ms, EVERY_MS if self._watches else end_ms)
-            self._see()
+        if self._watches:
+            self._run_watched(world.now_ms + self.step_ms)
+        else:
+            world.run(self.step_ms)
         self._readings = self._read()
         return self._rewards(before)
 
+    def _run_watched(self, end_ms: int) -> None:
+        """Run to ``end_ms``, and show the goals' watches their moments: each EVERY_MS, and the episode's end."""
+        world, length_ms = self.world, self._length_ms
+        while world.now_ms < end_ms:
+            before_ms = world.now_ms
+            run_to_next(world, min(end_ms, length_ms) if before_ms < length_ms else end_ms, EVERY_MS)
+            is_next = before_ms // EVERY_MS != world.now_ms // EVERY_MS
+            if before_ms < length_ms and (is_next or world.now_ms >= length_ms):
+                self._see()
+
     def observations(self) -> NDArray[np.float32]:
         """What the agents observe now, of shape (worlds, agents, columns)."""
+        return self.state()[:, self.agents, : len(self.columns)]
+
+    def state(self) -> NDArray[np.float32]:
+        """What all cars sense and hear, and where they are, of shape (worlds, cars, state_columns).
+
+        Raises MotorcadeError: no episode has begun.
+        """
+        if not self.has_begun:
+            raise MotorcadeError("episode-has-not-begun")
         now = self._readings
         sensed = [getattr(now, name) for name in _SENSED]
         heard = [(now.word >> field.low & field.raw_mask) * now.heard for field in FIELDS.values()]
-        pose = [getattr(now, name) for name in _POSE] if self._has_pose else []
-        seen: NDArray[np.float32] = np.stack([*sensed, *heard, *pose], axis=2)[:, self.agents].astype(np.float32)
+        pose = [getattr(now, name) for name in _POSE]
+        seen: NDArray[np.float32] = np.stack([*sensed, *heard, *pose], axis=2).astype(np.float32)
         return seen
 
     def _words_of(self, actions: Any) -> NDArray[np.uint32]:
         shape = self.world.worlds, len(self.agents), len(self.choices)
-        numbers = np.asarray(actions)
-        if numbers.shape != shape or (numbers < 0).any() or (numbers >= self.choices).any():
+        try:
+            given = np.asarray(actions)
+        except ValueError:
+            # Its rows differ in length.
+            given = np.array(None)
+        # NaN is neither less than 0 nor more.
+        is_number = given.dtype.kind in "iuf" and given.shape == shape
+        if not is_number or not ((given >= 0) & (given < self.choices)).all():
+            raise MotorcadeError("action-not-allowed", shape=shape, choices=self.choices)
+        numbers = given.astype(np.int64)
+        if (numbers != given).any():
             raise MotorcadeError("action-not-allowed", shape=shape, choices=self.choices)
         if self._shifts is None:
             words = self._base[numbers[..., 0]]

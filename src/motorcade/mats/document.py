@@ -10,6 +10,7 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
+from motorcade.config.arguments import instance_of, not_allowed, to_list
 from motorcade.config.check import Text, load
 from motorcade.config.files import Kind, parse, read_text
 from motorcade.config.profile import Profile
@@ -19,8 +20,10 @@ from motorcade.mats.geometry import Budget, Points, SweepLine, close_pair, obstr
 from motorcade.mats.model import Corners, Line, Mat, Person, Physics, Point, Starts, Voice, flags, floats
 from motorcade.mats.schema import FARTHEST_M, FORMAT, MOST_CARS, SHORTEST_M, THINGS, mat_schema
 
+MOST_HEADING = 1e6
 _KINDS: dict[str, Kind] = {".toml": "TOML", ".json": "JSON"}
-_MOST_HEADING = 1e6
+# How the format of a project begins; beside its program it may hold the mat that its author saw.
+_PROJECT = "motorcade-program/"
 # The simulator rounds positions to whole micrometres.
 _ROUNDING_M = 1e-6
 _SMALLEST_M2 = SHORTEST_M * SHORTEST_M
@@ -30,7 +33,7 @@ _MOST_PAIRS = 1_000_000
 
 
 def read_mat(path: str | Path) -> Mat:
-    """Read the mat in the file at ``path``, which ends in .toml or .json.
+    """Read the mat in the file at ``path``, which ends in .toml or .json, or that of the project in it.
 
     Raises MotorcadeError where it can't be read or is not a mat; the sentence names the place and what to do.
     """
@@ -43,13 +46,28 @@ def read_mat(path: str | Path) -> Mat:
 
 
 def parse_mat(text: str, name: str, kind: Kind) -> Mat:
-    """Read the mat in ``text``; errors call it ``name``. Raises MotorcadeError."""
+    """Read the mat in ``text``, or that of the project in it; errors call it ``name``. Raises MotorcadeError."""
     file = Phrase("mat-named", name=name)
-    return mat_of(parse(text, kind, file), file)
+    document = parse(text, kind, file)
+    if isinstance(document, dict) and str(document.get("format")).startswith(_PROJECT):
+        if "mat" not in document:
+            raise MotorcadeError("project-without-mat", file=name)
+        document = document["mat"]
+    return mat_of(document, file)
 
 
 def mat_of(document: Any, file: Text) -> Mat:
     """Convert a parsed document; errors call it ``file``. Raises MotorcadeError."""
+    mat, checked = mat_without_cars(document, file)
+    check_outlines(mat, file)
+    return replace(mat, starts=_place_cars(mat, checked["car"], checked["crowd"], file))
+
+
+def mat_without_cars(document: Any, file: Text) -> tuple[Mat, dict[str, Any]]:
+    """Convert a parsed document but for its cars and `check_outlines`; also return it with defaults.
+
+    Raises MotorcadeError.
+    """
     checked = load(document, mat_schema(), file)
     mat = Mat(
         name=checked["name"],
@@ -60,8 +78,7 @@ def mat_of(document: Any, file: Text) -> Mat:
         **{each.field: tuple(map(_SHAPES[each.shape][0], _floats(checked[each.key]))) for each in THINGS},
         physics=Physics(**_floats(checked["physics"])),
     )
-    check_outlines(mat, file)
-    return replace(mat, starts=_place_cars(mat, checked["car"], checked["crowd"], file))
+    return mat, checked
 
 
 def check_mat(mat: Mat, profile: Profile) -> None:
@@ -70,20 +87,33 @@ def check_mat(mat: Mat, profile: Profile) -> None:
     Raises MotorcadeError where a value on the mat is not allowed, or a car starts over the mat's edge, in an obstacle
     or in another car; the sentence names the place and what to do.
     """
+    check_things(mat)
+    check_starts(mat, profile)
+
+
+def check_starts(mat: Mat, profile: Profile) -> None:
+    """Check the places of the cars on a mat that is right otherwise. Raises MotorcadeError, as `check_mat` does."""
     file = Phrase("mat-named", name=mat.name)
-    load(document_of(mat), mat_schema(), file)
-    check_outlines(mat, file)
     starts = mat.starts
     if not len(starts):
         raise MotorcadeError("mat-needs-cars", file=file)
     columns = starts.x_m.tolist(), starts.y_m.tolist(), starts.heading.tolist()
-    limits = (("x-of-car", FARTHEST_M), ("y-of-car", FARTHEST_M), ("heading-of-car", _MOST_HEADING))
+    limits = (("x-of-car", FARTHEST_M), ("y-of-car", FARTHEST_M), ("heading-of-car", MOST_HEADING))
     for (key, most), values in zip(limits, columns, strict=True):
         for car, value in enumerate(values):
             if not -most <= value <= most:
                 what = Phrase(key, car=_name_of(mat, car))
                 raise MotorcadeError("start-out-of-range", file=file, what=what, value=value, most=most)
-    _check_room(mat, *columns[:2], profile.body.diameter_mm / 1000, file)
+    if mat.physics.collisions:
+        _check_room(mat, *columns[:2], profile.body.diameter_mm / 1000, file)
+
+
+def check_things(mat: Mat) -> None:
+    """Check all of ``mat`` but its cars. Raises MotorcadeError where a value is not allowed, as `check_mat` does."""
+    instance_of(Physics, "physics", mat.physics)
+    file = Phrase("mat-named", name=mat.name)
+    load(document_of(mat), mat_schema(), file)
+    check_outlines(mat, file)
 
 
 def _check_room(mat: Mat, x_m: Points, y_m: Points, diameter_m: float, file: Text) -> None:
@@ -124,13 +154,22 @@ def document_of(mat: Mat) -> dict[str, Any]:
         "name": mat.name,
         "tick_ms": mat.tick_ms,
         "edge": "wall" if mat.walled else "open",
-        **{each.key: list(map(_SHAPES[each.shape][1], getattr(mat, each.field))) for each in THINGS},
+        **{each.key: _tables_of(mat, each.field, _SHAPES[each.shape][1]) for each in THINGS},
         "physics": {key: value for key, value in asdict(mat.physics).items() if value is not None},
     }
     if mat.size_m is not None:
         document["size_m"] = mat.size_m
     plain: dict[str, Any] = _without_numpy(document)
     return plain
+
+
+def _tables_of(mat: Mat, field: str, table_of: Callable[[Any], dict[str, Any]]) -> list[dict[str, Any]]:
+    """The tables of a mat's things. Raises MotorcadeError where what Python code gave is of another shape."""
+    things = to_list(field, getattr(mat, field))
+    try:
+        return [table_of(thing) for thing in things]
+    except (TypeError, ValueError, IndexError, AttributeError):
+        raise not_allowed(field, things, Phrase("as-mat-says")) from None
 
 
 def cars_of(starts: Starts) -> list[dict[str, Any]]:
@@ -148,7 +187,7 @@ def _without_numpy(value: Any) -> Any:
         return {key: _without_numpy(each) for key, each in value.items()}
     if isinstance(value, list | tuple):
         return [_without_numpy(each) for each in value]
-    return value.item() if hasattr(value, "item") else value
+    return value.tolist() if hasattr(value, "tolist") else value
 
 
 def _floats(value: Any) -> Any:

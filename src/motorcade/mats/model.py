@@ -1,14 +1,15 @@
 """A mat as data: where cars start, walls and obstacles, lines on the floor, people, voices, and the physics."""
 
-import heapq
 import math
 from array import array
+from bisect import bisect_left
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import compress
 from typing import Any, Self
 
-from motorcade.errors import MotorcadeError
+from motorcade.config.arguments import instance_of, not_allowed, to_list, to_number, to_whole
+from motorcade.errors import MotorcadeError, Phrase
 
 Point = tuple[float, float]
 Wall = tuple[float, float, float, float]
@@ -18,7 +19,7 @@ Corners = tuple[Point, ...]
 # How far a chord may be from the arc that it stands for.
 _SAGITTA_M = 0.001
 _SPACING_M = 0.25
-_SIDE = 20
+_MOST_FOLLOWERS = 2_000_000
 
 
 @dataclass(slots=True)
@@ -77,18 +78,22 @@ class Starts:
     @classmethod
     def of(cls, poses: Sequence[Pose], leads: Iterable[bool]) -> Self:
         """Make one car per pose; ``leads`` has for each whether it leads."""
+        poses = [instance_of(Pose, "poses", pose) for pose in to_list("poses", poses)]
         x_m, y_m, heading = (floats([getattr(pose, name) for pose in poses]) for name in ("x", "y", "heading"))
         return cls(x_m, y_m, heading, flags(leads))
 
 
 def floats(values: Iterable[float]) -> "memoryview[float]":
-    """Copy numbers into a read-only buffer of float64."""
-    return memoryview(_bytes_of(values, "d") or array("d", values).tobytes()).cast("d")
+    """Copy numbers into a read-only buffer of float64. Raises MotorcadeError: some are no numbers."""
+    try:
+        return memoryview(_bytes_of(values, "d") or array("d", values).tobytes()).cast("d")
+    except (TypeError, ValueError, OverflowError):
+        raise not_allowed("starts", values, Phrase("list-of-numbers")) from None
 
 
 def flags(values: Iterable[object]) -> "memoryview[bool]":
-    """Copy truth values into a read-only buffer, a byte each."""
-    return memoryview(_bytes_of(values, "?") or bytes(map(bool, values))).cast("?")
+    """Copy truth values into a read-only buffer, a byte each. Raises MotorcadeError: this is no list."""
+    return memoryview(_bytes_of(values, "?") or bytes(map(bool, to_list("leads", values)))).cast("?")
 
 
 def _bytes_of(values: Any, kind: str) -> bytes | None:
@@ -206,6 +211,20 @@ class Mat:
     spots: tuple[Disc, ...] = ()
     patches: tuple[Corners, ...] = ()
 
+    def __post_init__(self) -> None:
+        instance_of(Starts, "starts", self.starts)
+        # Arrays and numbers of NumPy's would get everywhere, and some of them are neither true nor false.
+        for each in fields(self):
+            if hasattr(value := getattr(self, each.name), "tolist"):
+                object.__setattr__(self, each.name, _as_tuples(value.tolist()))
+        tick_ms: Any = self.tick_ms
+        if isinstance(tick_ms, float) and tick_ms.is_integer():
+            object.__setattr__(self, "tick_ms", int(tick_ms))
+
+
+def _as_tuples(value: Any) -> Any:
+    return tuple(map(_as_tuples, value)) if isinstance(value, list) else value
+
 
 def formation(followers: int, reach_m: float = 1.0) -> list[Pose]:
     """Place the leader at the origin, facing along x, and its followers on a grid of 250 mm.
@@ -213,21 +232,40 @@ def formation(followers: int, reach_m: float = 1.0) -> list[Pose]:
     The followers stand as near to it as possible: first behind it within ``reach_m``, the range of its infrared, then
     beside and in front of it, then farther away.
     """
-    poses = [Pose(0.0, 0.0)]
-    side = _SIDE + math.isqrt(followers)
-    places = [(column, row) for column in range(-side, side + 1) for row in range(-side, side + 1) if column or row]
+    followers = to_whole("followers", followers, 0, _MOST_FOLLOWERS)
+    reach_m = to_number("reach_m", reach_m, 0, math.inf)
+    # Half of a disc with this radius has enough places.
+    radius = math.isqrt(followers * 16 // 25) + 4
+    side = 2 * radius + 1
+    reach = min(reach_m / _SPACING_M, float(radius))
+    behind = _nearest(radius, range(-radius, 0), side)
+    others = _nearest(math.ceil(reach), range(math.ceil(reach) + 1), side)
+    near, near_others = (bisect_left(places, int(reach * reach + 1) * side * side) for places in (behind, others))
+    # The nearest of the others is the leader's.
+    places = (behind[:near] + others[1:near_others] + behind[near:])[:followers]
+    x_m = [(place // side % side - radius) * _SPACING_M for place in places]
+    y_m = [(radius - place % side) * _SPACING_M for place in places]
+    return [Pose(0.0, 0.0), *map(Pose, x_m, y_m)]
 
-    def order(place: tuple[int, int]) -> tuple[bool, bool, int, int, int]:
-        column, row = place
-        squared = column * column + row * row
-        return squared * _SPACING_M**2 > reach_m**2, column >= 0, squared, column, -row
 
-    nearest = heapq.nsmallest(followers, places, key=order)
-    return poses + [Pose(column * _SPACING_M, row * _SPACING_M) for column, row in nearest]
+def _nearest(reach: int, columns: Iterable[int], side: int) -> list[int]:
+    """The places in some columns of a grid within a radius, the nearest first.
+
+    A place is one number, because a million tuples take seconds. Its digits, in the base ``side``, are the squared
+    distance, the column and the row; the middle of the grid is at half of ``side``.
+    """
+    places: list[int] = []
+    for column in columns:
+        high, squared = math.isqrt(reach * reach - column * column), column * column
+        first = (squared * side + column + side // 2) * side + side // 2
+        places += [first + row * row * side * side - row for row in range(high, -high - 1, -1)]
+    places.sort()
+    return places
 
 
 def open_table(poses: Sequence[Pose], tick_ms: int = 1) -> Mat:
     """Make an unbounded plane with nothing but cars, of which the first leads; no car blocks another's infrared."""
+    poses = to_list("poses", poses)
     leads = [number == 0 for number in range(len(poses))]
     return Mat("open table", Starts.of(poses, leads), tick_ms, physics=Physics(line_of_sight=False))
 

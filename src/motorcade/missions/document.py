@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from motorcade.config.check import Fault, Text, check, first_fault
-from motorcade.config.files import Kind, parse, raised_as, read_text
+from motorcade.config.files import Kind, parse, raised_as, read_bytes, read_text
 from motorcade.config.profile import built_in_profile
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import FIRST, languages
@@ -53,7 +53,7 @@ def read_mission(path: Path) -> Mission:
         if kind is None:
             raise MotorcadeError("mission-file-ending", file=with_name)
         text = read_text(path, with_name)
-    return parse_mission(text, path.name.partition(".")[0], kind, lambda name: (path.parent / name).read_bytes())
+    return parse_mission(text, path.name.partition(".")[0], kind, lambda name: read_bytes(path.parent / name))
 
 
 def _called(name: str) -> Phrase:

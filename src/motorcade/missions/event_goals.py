@@ -26,7 +26,7 @@ from motorcade.missions.goals import (
 from motorcade.missions.model import Goal, Mission
 from motorcade.program.compiler import length_ms
 from motorcade.words.image import Image
-from motorcade.words.infrared import TAGS
+from motorcade.words.infrared import TAGS, slot_tags
 
 # Two bodies that stand nearer than this touch, for the sentence about a touch.
 _TOUCH_M = 0.01
@@ -46,17 +46,19 @@ class Slots:
     """
 
     def __init__(self, image: Image, profile: Profile, duration_ms: int) -> None:
-        self._words, self._is_tagged = image.followers, bool(image.tagged)
+        self._words = image.followers
         self.dwell_ms = profile.dwell_ms[image.dwell_level] if image.followers else 0
         self.count = duration_ms // self.dwell_ms if self.dwell_ms else 0
+        self._tags = slot_tags(image.followers, self.count + 1) if image.tagged else None
 
     def of(self, event: Event) -> int:
         """The slot of a beginning; -1 where it belongs to none."""
         if not self.dwell_ms:
             return -1
         now = event.t_ms // self.dwell_ms
-        if self._is_tagged:
-            return now - (now % TAGS + 1 - event.other) % TAGS if event.other else -1
+        if self._tags is not None:
+            recent = range(now, max(now - TAGS, -1), -1)
+            return next((slot for slot in recent if self._tags[slot] == event.other), -1)
         if event.word == self._words[now % len(self._words)]:
             return now
         return now - 1 if now and event.word == self._words[(now - 1) % len(self._words)] else -1

@@ -7,6 +7,7 @@ come to the same result.
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import chain
 from typing import Any, Literal, NamedTuple
 
@@ -224,32 +225,58 @@ def cars_watch(goal: Goal, mission: Mission) -> GoalWatch:
     led, lamp = goal.values["led"], {"led": lamp_name(goal.values["led"])}
     if goal.kind == "not-lit":
         lost = "goal-not-lit-lost"
-        return CarsWatch(goal, lambda car, now: float(now.led[car] == led), lost, lambda off: lamp)
+        return CarsWatch(goal, partial(_shows, led), lost, partial(_always, lamp))
     number, which = (NO_LED, "off") if led == "off" else (led, "on")
     lost = f"goal-lit-{which}-{goal.at}-lost"
-    return CarsWatch(goal, lambda car, now: float(now.led[car] != number), lost, lambda off: lamp)
+    return CarsWatch(goal, partial(_shows_another, number), lost, partial(_always, lamp))
+
+
+# What watches call are functions that have a name, so that watches can be pickled.
+
+
+def _shows(led: int, car: int, now: Moment) -> float:
+    return float(now.led[car] == led)
+
+
+def _shows_another(led: int, car: int, now: Moment) -> float:
+    return float(now.led[car] != led)
+
+
+def _always(details: dict[str, Any], off: float) -> dict[str, Any]:
+    return details
 
 
 def _zone_watch(goal: Goal, zone: Zone, lost: str) -> GoalWatch:
     """Watch the centres of cars, which must be in a zone, or out of it."""
+    off, half_m = (_metres_out_of, _HALF_M) if goal.kind == "in-zone" else (_is_in, 0.0)
+    return CarsWatch(goal, partial(off, zone), lost, partial(_told_zone, zone), half_m)
 
-    def off(car: int, now: Moment) -> float:
-        away_m = distance_to_zone_m(zone, now.x_m[car], now.y_m[car])
-        return judging.shown_m(away_m) if goal.kind == "in-zone" else float(away_m == 0)
 
-    half_m = _HALF_M if goal.kind == "in-zone" else 0.0
-    return CarsWatch(goal, off, lost, lambda off: {"metres": off, "zone": zone.title}, half_m)
+def _metres_out_of(zone: Zone, car: int, now: Moment) -> float:
+    return judging.shown_m(distance_to_zone_m(zone, now.x_m[car], now.y_m[car]))
+
+
+def _is_in(zone: Zone, car: int, now: Moment) -> float:
+    return float(distance_to_zone_m(zone, now.x_m[car], now.y_m[car]) == 0)
+
+
+def _told_zone(zone: Zone, off: float) -> dict[str, Any]:
+    return {"metres": off, "zone": zone.title}
 
 
 def _heading_watch(goal: Goal, lost: str) -> GoalWatch:
-    wanted, tolerance = goal.values["degrees"], goal.values["tolerance_deg"]
+    off = partial(_degrees_off, goal.values["degrees"], goal.values["tolerance_deg"])
+    return CarsWatch(goal, off, lost, _told_degrees, half=_HALF_DEG)
 
-    def off(car: int, now: Moment) -> float:
-        apart = judging.turned_deg(now.heading[car], wanted)
-        return 0.0 if apart <= tolerance else apart
 
+def _degrees_off(wanted: float, tolerance: float, car: int, now: Moment) -> float:
+    apart = judging.turned_deg(now.heading[car], wanted)
+    return 0.0 if apart <= tolerance else apart
+
+
+def _told_degrees(off: float) -> dict[str, Any]:
     # One that never had a moment has no number.
-    return CarsWatch(goal, off, lost, lambda off: {"degrees": min(off, 180)}, half=_HALF_DEG)
+    return {"degrees": min(off, 180)}
 
 
 class TravelledWatch(GoalWatch):

@@ -3,22 +3,29 @@
 import base64
 import csv
 import io
+import os
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from pathlib import Path
 from typing import NamedTuple
 
+from motorcade.config.files import read_bytes
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.missions.check import STEPS, GoalResult, Look, Result, Sight, check_image, check_program
 from motorcade.missions.model import Mission
 from motorcade.missions.watch import goal_phrase
 from motorcade.program.diagnostics import ProgramError
-from motorcade.program.files import is_project, read_file, read_project
+from motorcade.program.files import is_project, read_project
 from motorcade.words.image import ImageError
 
 _IMAGES, REPORTS = (".image", ".bin"), ("-report.html", "-report.csv")
 _LEADER, _FOLLOWER = "#d62728", "#1f77b4"
 _WIDTH_PX, _HEIGHT_PX = 220, 150
+# Control characters and what ends a line; what a formula begins with, also as the wide letters of Chinese and Japanese
+# keyboards, at the beginning of a text or behind what separates cells.
+_CONTROLS = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029]+")
+_FORMULA = re.compile(r"""((?:^|[;,|:])[\s"']*)([=+\-@＝＋－＠])""")
 # Around what is shown of a mat without a size.
 _MARGIN_M = 0.2
 # With more, tracks can't be told apart, and the page of a class has megabytes.
@@ -53,7 +60,7 @@ def check_file(mission: Mission, path: Path, look: Look | None = None) -> Result
 
     Raises MotorcadeError or OSError where it holds no program that can be checked.
     """
-    data = read_file(path)
+    data = read_bytes(path)
     if not is_project(data, path):
         return check_image(mission, data, look)
     program, python = read_project(data, path)
@@ -71,7 +78,9 @@ def files_of(folder: Path) -> list[Path]:
 
 def checked_file(mission: Mission, folder: Path, path: Path) -> Checked:
     """Check a file of a folder; one that can't be checked has a problem."""
-    name, points = path.relative_to(folder).as_posix(), list[list[tuple[float, float]]]()
+    # A name need not be UTF-8, on Linux at least: what isn't becomes the sign for it.
+    name = os.fsencode(path.relative_to(folder).as_posix()).decode(errors="replace")
+    points = list[list[tuple[float, float]]]()
 
     def note(sight: Sight) -> None:
         """Note where all cars are in the run with the first seed."""
@@ -151,9 +160,18 @@ def to_csv(checked: Iterable[Checked], mission: Mission, language: str) -> str:
             goals = asked_goals(mission, each.result, language)
             lost = [f"{asked}: {goal.why.sentence(language)}" for asked, goal in goals if not goal.met]
             row = [str(len(each.result.stars)), f"{each.result.grade:.2f}", " ".join(lost), ""]
-        # A spreadsheet would compute what begins so, and pupils choose the names.
-        writer.writerow([f"'{cell}" if cell[:1] in ("=", "+", "-", "@", "\t") else cell for cell in (each.name, *row)])
+        writer.writerow([_cell(value) for value in (each.name, *row)])
     return "\ufeff" + text.getvalue()
+
+
+def _cell(text: str) -> str:
+    """Return a text as one cell that no spreadsheet computes, whatever it takes to separate cells.
+
+    Others choose the names of files. A spreadsheet of a country that writes numbers with a comma separates cells at
+    semicolons, and takes quotation marks for text; others ask, and tabs separate. So each part that could become a
+    cell has an apostrophe where it would begin as a formula.
+    """
+    return _FORMULA.sub(r"\1'\2", _CONTROLS.sub(" ", text))
 
 
 def to_html(checked: Sequence[Checked], mission: Mission, language: str) -> str:
@@ -181,7 +199,7 @@ def to_html(checked: Sequence[Checked], mission: Mission, language: str) -> str:
     heads = "".join(f"<th scope=col>{say(name)}</th>" for name in ("run", "file", "stars", "goals"))
     title = say("title", name=mission.name)
     passed = sum(bool(each.result and each.result.stars) for each in checked)
-    table = base64.b64encode(to_csv(checked, mission, language).encode()).decode()
+    table = base64.b64encode(to_csv(checked, mission, language).encode(errors="replace")).decode()
     return (
         f'<!doctype html><html lang="{escape(language)}"><meta charset=utf-8>'
         f"<meta name=viewport content=width=device-width><title>{title}</title><style>{_STYLE}</style><h1>{title}</h1>"

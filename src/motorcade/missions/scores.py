@@ -8,11 +8,12 @@ where these differ from the papers.
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 from motorcade.engine.moment import Event, Moment
 from motorcade.errors import Phrase
+from motorcade.mats.model import Disc
 from motorcade.missions.goals import GoalState, GoalWatch, distance_to_zone_m
 from motorcade.missions.model import Goal, Mission, Wording, Zone
 
@@ -157,9 +158,9 @@ def score_of(goal: Goal, mission: Mission) -> Score:
             nowhere = Wording({})
             dark = [Zone("", nowhere, disc=spot) for spot in mission.mat.spots]
             dark += [Zone("", nowhere, patch) for patch in mission.mat.patches]
-            return _AtEnd(lambda x_m, y_m: _covered(x_m, y_m, zone, dark))
+            return _AtEnd(partial(_covered, arena=zone, dark=dark))
     apart_m, radius_m = goal.values["apart_m"], goal.values["radius_m"]
-    return _AtEnd(lambda x_m, y_m: _networked(x_m, y_m, zone, apart_m, radius_m))
+    return _AtEnd(partial(_networked, arena=zone, apart_m=apart_m, radius_m=radius_m))
 
 
 def _covered(x_m: Sequence[float], y_m: Sequence[float], arena: Zone, dark: Sequence[Zone]) -> float:
@@ -200,7 +201,15 @@ def _points_in(zone: Zone, step_m: float) -> list[tuple[float, float]]:
 def _inside(zone: Zone) -> Callable[[float, float], bool]:
     """Whether a point is in a zone."""
     if zone.corners:
-        return lambda x_m, y_m: distance_to_zone_m(zone, x_m, y_m) == 0
-    centre_x, centre_y, radius = zone.disc
+        return partial(_is_in_outline, zone)
+    return partial(_is_in_disc, zone.disc)
+
+
+def _is_in_outline(zone: Zone, x_m: float, y_m: float) -> bool:
+    return distance_to_zone_m(zone, x_m, y_m) == 0
+
+
+def _is_in_disc(disc: Disc, x_m: float, y_m: float) -> bool:
+    centre_x, centre_y, radius = disc
     # Most points are far away, and this is asked for each car and moment.
-    return lambda x_m, y_m: abs(x_m - centre_x) <= radius and math.hypot(x_m - centre_x, y_m - centre_y) <= radius
+    return abs(x_m - centre_x) <= radius and math.hypot(x_m - centre_x, y_m - centre_y) <= radius

@@ -162,7 +162,10 @@ def _check_work(mission: Mission) -> None:
 def watch_of(
     goal: Goal, mission: Mission, image: Image, slots: event_goals.Slots, known: dict[str, scores.Score]
 ) -> GoalWatch:
-    """The watch of a goal of another kind than all-by. Goals for the same score share it in ``known``."""
+    """The watch of a goal of another kind than all-by. Goals for the same score share it in ``known``.
+
+    Raises MotorcadeError where nothing judges goals of this kind.
+    """
     match goal.kind:
         case "gathered" | "covered" | "networked" | "stopped":
             key = repr((goal.kind, goal.values | {"least": 0}))
@@ -184,7 +187,10 @@ def watch_of(
             return event_goals.InStepWatch(goal, mission, slots)
         case "words-at-most" | "states-at-most" | "seconds-at-most":
             return event_goals.static_watch(goal, image, mission.profile)
-    return goals.cars_watch(goal, mission)
+        case "in-zone" | "out-of-zone" | "heading" | "lit" | "not-lit":
+            return goals.cars_watch(goal, mission)
+    # A kind that is declared, and that nothing judges yet.
+    raise MotorcadeError("goal-not-judged", kind=goal.kind)
 
 
 def with_lists(moment: Moment) -> Moment:

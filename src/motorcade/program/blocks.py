@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
-from motorcade.program.diagnostics import BEHIND, DELETE, Fix, ProgramError, error
+from motorcade.program.diagnostics import BEHIND, DELETE, Diagnostic, Fix, ProgramError, error
 from motorcade.program.model import FORMAT, Followers, Program, program_from_dict
 from motorcade.program.steps import KINDS, RepeatStep, Step, TogetherStep, own_fields
 
@@ -49,16 +49,23 @@ def program_of(leader: Any, followers: Any = None, profile: str = "classroom") -
     """Return the Program of the blocks below the two workspaces' hats; a step's id is its block's.
 
     Loose and disabled blocks are left out; a workspace without a hat has no steps. ``followers`` is None where only
-    the leader is programmed. Raises ProgramError where the blocks make no program.
+    the leader is programmed. Raises ProgramError, with all that is wrong, where the blocks make no program.
     """
     document: dict[str, Any] = {"format": FORMAT, "profile": profile, "followers": None}
+    faults: list[Diagnostic] = []
     hat = _hat(leader, LEADER_HAT, "leader")
-    document["leader"] = _steps(_below(hat, "leader"), "leader", leads=True)
+    document["leader"] = _steps(_below(hat, "leader"), "leader", faults, leads=True)
     if followers is not None:
         hat = _hat(followers, FOLLOWERS_HAT, "followers")
-        steps = _steps(_below(hat, "followers"), "followers.steps", leads=False)
+        steps = _steps(_below(hat, "followers"), "followers.steps", faults, leads=False)
         document["followers"] = {**_of_hat(hat), "steps": steps}
-    return program_from_dict(document)
+    try:
+        program = program_from_dict(document)
+    except ProgramError as problem:
+        faults.extend(problem.diagnostics)
+    if faults:
+        raise ProgramError(faults)
+    return program
 
 
 def blocks_of(program: Program) -> tuple[Workspace, Workspace | None]:
@@ -73,11 +80,14 @@ def blocks_of(program: Program) -> tuple[Workspace, Workspace | None]:
     return leader, _workspace(FOLLOWERS_HAT, _hat_fields(program.followers), followers)
 
 
-def _steps(first: Block | None, path: str, leads: bool, depth: int = 0, inside: bool = False) -> list[dict[str, Any]]:
+def _steps(
+    first: Block | None, path: str, faults: list[Diagnostic], leads: bool, depth: int = 0, inside: bool = False
+) -> list[dict[str, Any]]:
     """Return the steps, for JSON, of ``first`` and all blocks below it.
 
     Args:
         path: the place of these steps in the program.
+        faults: takes what is wrong with blocks, which are left out then.
         leads: whether they are the leader's.
         depth: how many blocks are around them.
         inside: whether they are parts of a together.
@@ -91,26 +101,38 @@ def _steps(first: Block | None, path: str, leads: bool, depth: int = 0, inside: 
             if block.get("enabled") is False or block.get("disabledReasons"):
                 continue
             if inside and block.get("type") in _WITH_STEPS:
-                raise _refused("not-inside-together", path, block, [Fix(BEHIND)])
+                faults.extend(_refused("not-inside-together", path, block, [Fix(BEHIND)]).diagnostics)
+                continue
             if block.get("type") != INFRARED:
                 yield block, flags, depth
                 continue
-            own = _own_flags(block, path)
+            try:
+                own = _own_flags(block, path)
+            except ProgramError as problem:
+                faults.extend(problem.diagnostics)
+                continue
             if leads and own != {"accept_ir": False}:
                 fixes = [Fix("forward", "same")] if "forward" in own else []
                 if own.get("accept_ir") is not False:
                     fixes.append(Fix("accept_ir", "no"))
                 # Where two values are wrong, one isn't enough.
-                raise _refused("leader-accepts-ir", path, block, fixes if len(fixes) == 1 else ())
+                refused = _refused("leader-accepts-ir", path, block, fixes if len(fixes) == 1 else ())
+                faults.extend(refused.diagnostics)
+                own = {}
             yield from row(_inside(block, path), flags | own, depth + 1)
 
-    return [
-        _step(block, flags, f"{path}[{number}]", leads, deep, inside)
-        for number, (block, flags, deep) in enumerate(row(first, {}, depth))
-    ]
+    steps = []
+    for number, (block, flags, deep) in enumerate(row(first, {}, depth)):
+        try:
+            steps.append(_step(block, flags, f"{path}[{number}]", faults, leads, deep, inside))
+        except ProgramError as problem:
+            faults.extend(problem.diagnostics)
+    return steps
 
 
-def _step(block: Block, flags: _Flags, path: str, leads: bool, depth: int, inside: bool) -> dict[str, Any]:
+def _step(
+    block: Block, flags: _Flags, path: str, faults: list[Diagnostic], leads: bool, depth: int, inside: bool
+) -> dict[str, Any]:
     kind = str(block.get("type")).removeprefix(PREFIX)
     if kind not in KINDS:
         raise _refused("unknown-block", path, block, type=str(block.get("type"))[:40])
@@ -118,7 +140,7 @@ def _step(block: Block, flags: _Flags, path: str, leads: bool, depth: int, insid
     if "id" in block:
         document["id"] = block["id"]
     if kind == TogetherStep.kind:
-        document[kind] = _steps(_inside(block, path), f"{path}.{kind}", leads, depth + 1, inside=True)
+        document[kind] = _steps(_inside(block, path), f"{path}.{kind}", faults, leads, depth + 1, inside=True)
         return document
     # Such a step in a together has no fields: it lasts as long as the together.
     has_fields = not (inside and KINDS[kind].accompanies)
@@ -129,7 +151,7 @@ def _step(block: Block, flags: _Flags, path: str, leads: bool, depth: int, insid
         if capitals in fields
     }
     if kind == RepeatStep.kind:
-        content["steps"] = _steps(_inside(block, path), f"{path}.{kind}.steps", leads, depth + 1)
+        content["steps"] = _steps(_inside(block, path), f"{path}.{kind}.steps", faults, leads, depth + 1)
     return {**document, kind: content}
 
 

@@ -97,19 +97,22 @@ class _Leader:
         row = expander.expand(steps, "leader", accept_ir=False, forward=True)
         self.diagnostics = expander.diagnostics
         self.count = row.states
-        if has_errors(self.diagnostics):
-            return
-        if not row.items:
+        is_fine = not has_errors(self.diagnostics)
+        if is_fine and not row.items:
             self.diagnostics.append(warning("empty-program", "leader"))
-        if self.count > MOST_PIECES:
+        if is_fine and self.count > MOST_PIECES:
             costs = [expander.expand([step], "", accept_ir=False, forward=True).states for step in steps]
             self.diagnostics.append(_too_many("too-many-states", "leader", steps, self.count, costs, levels_ms[-1]))
             return
         levels = {duration: level for level, duration in enumerate(levels_ms)}
+        refused: set[str] = set()
         for item in row.items:
             pieces = cut_for_leader(item, levels_ms)
             if pieces is None:
-                self.diagnostics.append(_not_expressible_together(item, levels_ms))
+                # A repeated step comes several times.
+                if item.path not in refused:
+                    self.diagnostics.append(_not_expressible_together(item, levels_ms))
+                refused.add(item.path)
                 continue
             begin_ms = 0
             for length_ms in pieces or (0,):
@@ -137,13 +140,14 @@ class _Followers:
         expander = Expander(profile, leads=False)
         row = expander.expand(followers.steps, path, followers.accept_ir, followers.forward)
         self._items = row.items
+        self._tagged = self._is_tagged(row)
         self.diagnostics = expander.diagnostics
         if has_errors(self.diagnostics):
+            self._refuse_items()
             return
         if not row.items:
             self.diagnostics.append(warning("empty-program", path))
             return
-        self._tagged = self._is_tagged(row)
         self.count = self._fewest_words(row)
         found = self._round() if self.count <= MOST_PIECES else None
         if found:
@@ -181,15 +185,8 @@ class _Followers:
         if dwell_seconds is not None:
             return self._literal_round(dwell_seconds)
         found = best_round(self._items, self._profile, self._tagged)
-        if found is None:
-            item = next((each for each in self._items if not best_round([each], self._profile, self._tagged)), None)
-            if item is None:
-                reason = Phrase("steps-disagree")
-            elif any(item.durations_ms):
-                reason = Phrase("step-not-a-dwell", seconds=f"{item.total_ms / 1000:g}")
-            else:
-                reason = Phrase("step-takes-no-time")
-            self._no_dwell(*((item.path, item.id) if item else ("followers.steps", None)), reason)
+        if found is None and not self._refuse_items():
+            self._no_dwell("followers.steps", None, Phrase("steps-disagree"))
         return found
 
     def _literal_round(self, dwell_seconds: float) -> Round | None:
@@ -200,12 +197,32 @@ class _Followers:
             return None
         found = literal_round(self._items, dwell_ms, self._profile)
         if isinstance(found, int):
-            item = self._items[found]
-            # The compiler's own choice of how long to send a word may have more words for the step.
-            fixes = [Fix("dwell_seconds", None)] if best_round(self._items, self._profile, self._tagged) else []
-            self._no_dwell(item.path, item.id, Phrase("step-not-one-word", seconds=f"{item.total_ms / 1000:g}"), *fixes)
+            self._refuse_items()
             return None
         return found
+
+    def _refuse_items(self) -> bool:
+        """Add an error for each step that can't be expressed, whatever the others are; return whether there is one."""
+        dwell_seconds = self._followers.dwell_seconds
+        dwell_ms = None if dwell_seconds is None else to_ms(dwell_seconds)
+        fixes = [Fix("dwell_seconds", None)] if best_round(self._items, self._profile, self._tagged) else []
+        refused: set[str] = set()
+        for item in self._items:
+            # A repeated step comes several times.
+            if item.path in refused:
+                continue
+            reason = None
+            if dwell_ms in self._profile.dwell_ms:
+                if isinstance(literal_round([item], dwell_ms, self._profile), int):
+                    reason = Phrase("step-not-one-word", seconds=f"{item.total_ms / 1000:g}")
+            elif dwell_ms is None and not best_round([item], self._profile, self._tagged):
+                reason = Phrase("step-takes-no-time")
+                if any(item.durations_ms):
+                    reason = Phrase("step-not-a-dwell", seconds=f"{item.total_ms / 1000:g}")
+            if reason:
+                refused.add(item.path)
+                self._no_dwell(item.path, item.id, reason, *(fixes if dwell_ms else ()))
+        return bool(refused)
 
     def _no_dwell(self, path: str, step_id: str | None, reason: Phrase, *fixes: Fix) -> None:
         dwells = ", ".join(f"{dwell / 1000:g}" for dwell in self._profile.dwell_ms)

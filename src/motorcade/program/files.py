@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+from motorcade.config.files import decoded, read_bytes
 from motorcade.config.profile import Profile, load_profile
 from motorcade.errors import MotorcadeError
 from motorcade.program.compiler import Compiled, compile_program
@@ -13,16 +14,6 @@ from motorcade.words.image import ImageError, bytes_to_words, parse_image_bytes
 
 # The ending of files with Python text.
 PYTHON = ".py"
-_MOST_BYTES = 1 << 24
-
-
-def read_file(path: Path) -> bytes:
-    """Return the bytes of a file. Raises MotorcadeError for more than 16 MiB, which no project or image has."""
-    with path.open("rb") as file:
-        data = file.read(_MOST_BYTES + 1)
-    if len(data) > _MOST_BYTES:
-        raise MotorcadeError("file-too-large", file=path, mebibytes=_MOST_BYTES >> 20)
-    return data
 
 
 def is_project(data: bytes, file: Path) -> bool:
@@ -32,8 +23,13 @@ def is_project(data: bytes, file: Path) -> bool:
     try:
         parse_image_bytes(data)
     except ImageError:
-        return data.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] == b"{"
-    return False
+        pass
+    else:
+        return False
+    try:
+        return decoded(data).lstrip().startswith("{")
+    except UnicodeError:
+        return False
 
 
 def read_project(data: bytes, file: Path) -> tuple[Program, PythonProgram | None]:
@@ -77,7 +73,7 @@ def image_in(source: Path, profile_name: str, place: object = "") -> tuple[bytes
         ProgramError: the project has errors; its diagnostics have the warnings too.
         MotorcadeError: the file is neither, or the profile is not valid.
     """
-    data = read_file(source)
+    data = read_bytes(source)
     if is_project(data, source):
         compiled, profile = compile_project(data, source)
         if has_errors(compiled.diagnostics):
@@ -92,7 +88,7 @@ def image_in(source: Path, profile_name: str, place: object = "") -> tuple[bytes
 
 def words_in(source: Path) -> tuple[int, ...]:
     """Return the words in an image file. Raises ImageError, or MotorcadeError where it is a project."""
-    data = read_file(source)
+    data = read_bytes(source)
     if is_project(data, source):
         raise MotorcadeError("project-is-no-image", file=source)
     return bytes_to_words(data)

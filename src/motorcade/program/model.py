@@ -6,8 +6,8 @@ steps of the program before.
 
 import json
 from collections import defaultdict, deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal
@@ -26,7 +26,7 @@ from motorcade.program.steps import (
     Step,
     TogetherStep,
     as_steps,
-    check_value,
+    check_field,
     first_value,
     own_fields,
     walk,
@@ -123,34 +123,45 @@ class Followers:
 
     def __post_init__(self) -> None:
         for name, schema in _SETTINGS.items():
-            if (value := getattr(self, name)) is not None or "default" in schema:
-                check_value("followers", name, value, schema)
+            if getattr(self, name) is not None or "default" in schema:
+                check_field(self, "followers", name, schema)
         object.__setattr__(self, "steps", as_steps(self.steps))
 
 
 @dataclass(frozen=True)
 class Program:
-    """A leader's steps, its followers' (None where only the leader is programmed), and the cars' profile."""
+    """What a leader and its followers do.
+
+    Attributes:
+        leader: the leader's steps.
+        followers: the followers'; None where only the leader is programmed.
+        profile: the cars' profile.
+        beside: what stands beside the program in its file, by the keys of BESIDE: the mat, and how the page shows the
+            blocks. Two programs that differ in nothing else are equal.
+    """
 
     leader: tuple[Step, ...]
     followers: Followers | None = None
     profile: str = "classroom"
+    beside: Mapping[str, Any] = field(default_factory=dict, compare=False, repr=False)
 
     def __init__(
         self,
         leader: Iterable[Step],
         followers: Followers | Iterable[Step] | None = None,
         profile: str = "classroom",
+        beside: Mapping[str, Any] | None = None,
     ):
         if followers is not None and not isinstance(followers, Followers):
             followers = Followers(as_steps(followers))
-        check_value("program", "profile", profile, _PROFILE)
         object.__setattr__(self, "leader", as_steps(leader))
         object.__setattr__(self, "followers", followers)
         object.__setattr__(self, "profile", profile)
+        object.__setattr__(self, "beside", dict(beside or {}))
+        check_field(self, "program", "profile", _PROFILE)
 
     def as_dict(self) -> dict[str, Any]:
-        """The program for JSON; what has its usual value is left out."""
+        """The program for JSON, without what stands beside it; what has its usual value is left out."""
         followers = None
         if self.followers:
             names = ("accept_ir", "forward", "dwell_seconds", "tagged")
@@ -161,8 +172,12 @@ class Program:
         return {"format": FORMAT, "profile": self.profile, "leader": leader, "followers": followers}
 
     def as_json(self) -> str:
-        """The text of the project file."""
-        return json.dumps(self.as_dict(), indent=1, ensure_ascii=False) + "\n"
+        """The text of the project file, with all that stands beside the program."""
+        text = json.dumps(self.as_dict(), indent=1, ensure_ascii=False).removesuffix("\n}")
+        for name, value in self.beside.items():
+            # One line each: a long row of blocks is nested deeply, so indented JSON would be mostly spaces.
+            text += f',\n "{name}": {json.dumps(value, ensure_ascii=False)}'
+        return text + "\n}\n"
 
     def save(self, path: str | Path) -> None:
         """Write the project file. Raises OSError."""
@@ -199,7 +214,9 @@ def read_document(data: bytes | str) -> Any:
 
 def program_from_dict(document: Any) -> Program:
     """Return the Program in parsed JSON. The contents of the keys in BESIDE are not checked. Raises ProgramError."""
+    beside = {}
     if isinstance(document, dict):
+        beside = {name: document[name] for name in BESIDE if name in document}
         document = {
             name: {} if name in BESIDE and isinstance(value, dict) else value for name, value in document.items()
         }
@@ -213,6 +230,7 @@ def program_from_dict(document: Any) -> Program:
         leader=map(_step_from, checked["leader"]),
         followers=followers and Followers(**{**followers, "steps": [_step_from(each) for each in followers["steps"]]}),
         profile=checked["profile"],
+        beside=beside,
     )
 
 
@@ -326,7 +344,7 @@ def with_ids_of(program: Program, before: Program) -> Program:
     followers = program.followers
     if followers and before.followers:
         followers = replace(followers, steps=_steps_with_ids(followers.steps, before.followers.steps, taken))
-    return Program(leader, followers, program.profile)
+    return replace(program, leader=tuple(leader), followers=followers)
 
 
 def _steps_with_ids(steps: Sequence[Step], before: Sequence[Step], taken: set[str]) -> list[Step]:

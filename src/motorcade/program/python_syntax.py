@@ -16,6 +16,7 @@ from difflib import get_close_matches
 from itertools import accumulate, islice
 from typing import Any, NamedTuple
 
+from motorcade.config.files import decoded
 from motorcade.errors import Phrase
 from motorcade.program.diagnostics import TEXT, Fix, ProgramError, Span, error
 from motorcade.program.steps import Step, first_value, own_fields
@@ -74,7 +75,7 @@ class PythonSource:
     def __init__(self, data: bytes | str) -> None:
         """Parse a text. Raises ProgramError where it is no Python, or too long."""
         try:
-            text = data.decode("utf-8-sig") if isinstance(data, bytes) else data.removeprefix("\ufeff")
+            text = decoded(data) if isinstance(data, bytes) else data.removeprefix("\ufeff")
             text.encode()
         except UnicodeError:
             raise _not_python(Phrase("not-text"), 1, 1) from None

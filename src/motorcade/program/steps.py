@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar
 
+from motorcade.config.arguments import plain
 from motorcade.config.check import Schema, allowed, choice, fits, flag, number, whole
 from motorcade.devices import DEVICES
 from motorcade.devices.declaration import Input
@@ -99,18 +100,25 @@ class Step:
 
     def __post_init__(self) -> None:
         for name, schema in COMMON.items():
-            if (value := getattr(self, name)) is not None:
-                check_value(self.kind, name, value, schema)
+            if getattr(self, name) is not None:
+                check_field(self, self.kind, name, schema)
         for each in own_fields(type(self)):
-            value = getattr(self, each.name)
-            if value is not None or each.default is not None:
-                check_value(self.kind, each.name, value, each.metadata["schema"])
+            if getattr(self, each.name) is not None or each.default is not None:
+                check_field(self, self.kind, each.name, each.metadata["schema"])
 
 
-def check_value(what: str, name: str, value: object, schema: Schema) -> None:
-    """Raise ValueError unless ``value``, which Python code gave ``what`` as ``name``, fits the schema of files."""
-    if not fits(value, schema) or (isinstance(value, float) and schema.get("type") == "integer"):
-        raise ValueError(f"{what}: {name} is {value!r}; allowed: {allowed(schema)}")
+def check_field(made: object, what: str, name: str, schema: Schema) -> None:
+    """Check what Python code gave for a field of ``made``, and keep it as Python's own number where it is one.
+
+    Raises ValueError, which says ``what`` was made, unless it fits the schema of files.
+    """
+    given = getattr(made, name)
+    value = plain(given)
+    if isinstance(value, float) and value.is_integer() and schema.get("type") == "integer":
+        value = int(value)
+    if not fits(value, schema):
+        raise ValueError(f"{what}: {name} is {given!r}; allowed: {allowed(schema)}")
+    object.__setattr__(made, name, value)
 
 
 @dataclass(frozen=True, slots=True)

@@ -33,6 +33,7 @@ from motorcade.runs.recording import (
     EVENT_FIELDS,
     LEADER,
     LEDS,
+    WHICH,
     Description,
     Sink,
     WordColours,
@@ -170,7 +171,7 @@ _CARS = {
     "title": "motorcade.Cars",
     "type": "object",
     "properties": {
-        "t_ms": {"type": "integer"},
+        **{name: {"type": "integer"} for name in ("t_ms", *WHICH)},
         "number": {"type": "array", "items": {"type": "integer"}},
         **{each.recorded: _schema_of(each) for each in COLUMNS.values()},
     },
@@ -190,6 +191,8 @@ class McapSink(Sink):
     def __init__(self, path: Path, about: Description):
         self._path, self._about, self._colours = path, about, WordColours(about.images)
         self._has_moments = False
+        # A player needs times that rise: those of a run go on from the last of the run before.
+        self._run = self._begun_ms = self._last_ms = 0
         self._file = part_of(path).open("wb")
         self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES)
         self._writer.start(library="motorcade")
@@ -201,19 +204,27 @@ class McapSink(Sink):
 
     def write(self, moment: Moment) -> None:
         self._has_moments = True
+        self._set_run(moment.run)
         if "/counts" not in self._channels:
-            properties = {key: {"type": "integer"} for key in ("t_ms", *moment.counts)}
+            properties = {key: {"type": "integer"} for key in ("t_ms", *WHICH, *moment.counts)}
             schema = {"title": "motorcade.Counts", "type": "object", "properties": properties}
             self._channels["/counts"] = self._channel("/counts", schema)
         columns = moment.to_dict()
-        self._add("/counts", moment.t_ms, _json({"t_ms": moment.t_ms, **columns.pop("counts")}))
+        which = {name: columns[name] for name in ("t_ms", *WHICH)}
+        self._add("/counts", moment.t_ms, _json(which | columns.pop("counts")))
         self._add("/cars", moment.t_ms, _json(columns))
-        self._add("/scene", moment.t_ms, self._scene(moment))
+        if not moment.world:
+            self._add("/scene", moment.t_ms, self._scene(moment))
 
     def write_events(self, t_ms: int, events: NDArray[np.void]) -> None:
+        self._set_run(int(events["run"][0]))
         for first in range(0, len(events), _MOST_EVENTS):
             batch = events_as_dicts(events[first : first + _MOST_EVENTS])
             self._add("/events", t_ms, _json({"events": batch}))
+
+    def _set_run(self, run: int) -> None:
+        if run != self._run:
+            self._run, self._begun_ms = run, self._last_ms
 
     def close(self) -> None:
         with self._file:
@@ -263,7 +274,8 @@ class McapSink(Sink):
         return self._writer.register_channel(topic, "json", number)
 
     def _add(self, topic: str, t_ms: int, data: bytes) -> None:
-        t_ns = t_ms * 1_000_000
+        self._last_ms = self._begun_ms + t_ms
+        t_ns = self._last_ms * 1_000_000
         self._writer.add_message(self._channels[topic], t_ns, data, t_ns)
 
 
@@ -304,18 +316,20 @@ class McapRecording:
     def moments(self) -> Iterator[Moment]:
         counts: dict[str, int] = {}
         for topic, message in self._messages("/counts", "/cars"):
-            t_ms = message.pop("t_ms")
+            which = {name: message.pop(name) for name in ("t_ms", *WHICH)}
             if topic == "/counts":
                 counts = message
                 continue
-            columns = {name: np.array(message[each.recorded], each.packed) for name, each in COLUMNS.items()}
-            yield Moment(t_ms, **columns, counts=counts)
+            columns: dict[str, Any] = {
+                name: np.array(message[each.recorded], each.packed) for name, each in COLUMNS.items()
+            }
+            yield Moment(**which, **columns, counts=counts)
 
     def events(self) -> Iterator[NDArray[np.void]]:
         for _, message in self._messages("/events"):
             batch = message["events"]
             events = np.zeros(len(batch), EVENT)
-            for name in ("t_ms", "car", "word", "other"):
+            for name in ("t_ms", "car", "word", "other", *WHICH):
                 events[name] = [event[name] for event in batch]
             events["kind"] = [KINDS.index(event["kind"]) for event in batch]
             events["why"] = [LOSS_REASONS.index(event["why"]) for event in batch]

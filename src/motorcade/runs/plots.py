@@ -24,6 +24,7 @@ from motorcade.runs.recording import (
     Recording,
     WordColours,
     rgb,
+    shown_moments,
     writing,
 )
 
@@ -58,7 +59,11 @@ def draw_tracks(recording: Recording, path: Path, progress: OnProgress = lambda 
     drawn = np.concatenate([followers[::step], np.flatnonzero(leads)[:_MOST_TRACKS]])
     most = max(50, _MOST_POINTS // max(1, len(drawn)))
     every, points = recording.last_ms // about.every_ms // most + 1, []
-    for number, last in enumerate(recording.moments()):
+    for number, moment in enumerate(shown_moments(recording)):
+        if last and moment.run != last.run:
+            # A line ends at such a point.
+            points.append(np.full_like(points[0], np.nan))
+        last = moment
         if number % every == 0:
             points.append(np.column_stack([last.x_m[drawn], last.y_m[drawn]]))
         progress(last.t_ms)
@@ -129,8 +134,8 @@ def draw_film(
     moments_s = speed * 1000 / recording.about.every_ms
     step = max(1, int(np.ceil(moments_s / MOST_IMAGES_S - 1e-9)))
     # Where the mat's edge is a wall, no car is outside.
-    box = bounding_box(recording.about, [] if recording.about.mat.walled else recording.moments())
-    pictures = _Pictures(recording.about, box)
+    box = bounding_box(recording.about, [] if recording.about.mat.walled else shown_moments(recording))
+    pictures = MomentPictures(recording.about, box)
     images = _images(recording, pictures, step, progress)
     first = next(images, None)
     if first is None:
@@ -139,8 +144,8 @@ def draw_film(
         replace_file(path, _gif_of(chain([first], images), moments_s / step, pictures.palette()))
 
 
-def _images(recording: Recording, pictures: "_Pictures", step: int, progress: OnProgress) -> Iterator[Pixels]:
-    for number, moment in enumerate(recording.moments()):
+def _images(recording: Recording, pictures: "MomentPictures", step: int, progress: OnProgress) -> Iterator[Pixels]:
+    for number, moment in enumerate(shown_moments(recording)):
         if number % step == 0:
             yield pictures.draw(moment)
             progress(moment.t_ms)
@@ -154,11 +159,18 @@ def _size(box: Box) -> tuple[int, int]:
     return tall if top - bottom > 1.3 * (right - left) else square
 
 
-class _Pictures:
-    """Draw moments as RGB images; the mat is drawn only once."""
+class MomentPictures:
+    """Draw moments as RGB images; the mat is drawn only once.
 
-    def __init__(self, about: Description, box: Box):
-        width, height = _size(box)
+    Args:
+        about: the run.
+        box: what the images show at least.
+        size: their width and height in pixels; None: one of SIZES, which suits the box.
+    """
+
+    def __init__(self, about: Description, box: Box, size: tuple[int, int] | None = None):
+        self.size = size or _size(box)
+        width, height = self.size
         figure = Figure(figsize=(width / _FILM_DPI, height / _FILM_DPI), dpi=_FILM_DPI, layout="constrained")
         self._canvas = FigureCanvasAgg(figure)
         self._axes = figure.add_subplot()

@@ -10,7 +10,9 @@ from pathlib import Path
 from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Self
 
-from motorcade.errors import MotorcadeError
+from motorcade.config.arguments import instance_of, not_allowed, to_function, to_list, to_whole
+from motorcade.engine.simulation import Simulation
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 from motorcade.runs.recording import (
     DATA_ENDING,
@@ -26,6 +28,7 @@ from motorcade.runs.recording import (
     check_writable,
     writing,
 )
+from motorcade.words.ticks import TICKS_MASK
 
 if TYPE_CHECKING:
     from motorcade.engine.world import World
@@ -33,6 +36,15 @@ if TYPE_CHECKING:
 EVERY_MS = 100
 
 Target = str | Path | Sink
+
+
+def targets_of(what: str, given: Target | Iterable[Target | None]) -> list[Target]:
+    """Return one target, or several, as a list without None. Raises MotorcadeError: something is no target."""
+    targets = [given] if isinstance(given, str | Path | Sink) else to_list(what, given)
+    for target in targets:
+        if not isinstance(target, str | Path | Sink | None):
+            raise not_allowed(what, target, Phrase("recording-targets"))
+    return [target for target in targets if target is not None]
 
 
 @needs_extra("recording", "runs")
@@ -75,20 +87,22 @@ class Recorder:
                 world.run(100)
                 record(world)
 
-    The moment at which it is made and the last one are recorded in any case. Memory is bounded: moments and events go
-    to the disk while the run goes on.
+    The moment at which it is made and the last one are recorded in any case. Of several worlds all are recorded;
+    films and pictures show the first. After a reset of the world the next run follows in the same recording: call the
+    recorder before and after it. Memory is bounded: moments and events go to the disk while the run goes on.
 
     Args:
         targets: files; .mcap records, .gif is a film, .png, .svg and .pdf are pictures of the tracks. An
             `InMemoryRecording` keeps the run in memory; any other `Sink` gets what a file gets. None is ignored.
         world: the world, before the first slice.
-        every_ms: the interval between recorded moments; choose slices that divide it.
+        every_ms: the interval between recorded moments, 1 or more; choose slices that divide it.
         events: whether to record events too, for which the world was made with ``events=True``.
         progress: called while films and pictures are drawn at the end, with the simulated time in ms that has been
             drawn, added up over all of them.
 
     Raises:
-        MotorcadeError: a file can't be written or drawn, has another ending, or needs an extra that isn't installed.
+        MotorcadeError: a file can't be written or drawn, has another ending, or needs an extra that isn't installed;
+            an argument isn't allowed, or the world keeps no events.
     """
 
     def __init__(
@@ -99,9 +113,12 @@ class Recorder:
         events: bool = True,
         progress: OnProgress = lambda done_ms: None,
     ):
-        targets = list(targets) if isinstance(targets, Iterable) and not isinstance(targets, str) else [targets]
+        targets = targets_of("targets", targets)
+        instance_of(Simulation, "world", world)
+        to_function("progress", progress)
+        every_ms = to_whole("every_ms", every_ms, 1, TICKS_MASK)
         self._world, self._events, self._progress, self._every_ms = world, events, progress, every_ms
-        self._due_ms, self._last_ms = world.now_ms, -1
+        self._run, self._due_ms, self._last_ms = world.run_number, world.now_ms, -1
         self._sinks = [each for each in targets if isinstance(each, Sink)]
         self._kept = next((each for each in self._sinks if isinstance(each, InMemoryRecording)), None)
         paths = [Path(target) for target in targets if isinstance(target, str | Path)]
@@ -130,12 +147,16 @@ class Recorder:
         """Record the events since the last call and, where a moment is due, what the cars show now.
 
         Raises:
-            MotorcadeError: a file can no longer be written.
+            MotorcadeError: a file can no longer be written, or this is another world.
         """
+        if world is not self._world:
+            raise MotorcadeError("recorder-of-another-world")
         with writing(*self._files):
             if self._events and len(events := world.take_events()):
                 for sink in self._sinks:
                     sink.write_events(world.now_ms, events)
+            if world.run_number != self._run:
+                self._run, self._due_ms = world.run_number, 0
             if world.now_ms >= self._due_ms:
                 self._record_moment(world)
 
@@ -143,7 +164,7 @@ class Recorder:
         with self._opened:
             if kind is not None:
                 return
-            if self._last_ms < self._world.now_ms:
+            if (self._run, self._last_ms) != (self._world.run_number, self._world.now_ms):
                 self._record_moment(self._world)
             self._close()
             for number, path in enumerate(self._drawings):
@@ -154,9 +175,10 @@ class Recorder:
         self._progress(before_ms + done_ms)
 
     def _record_moment(self, world: "World") -> None:
-        moment = world.snapshot().in_single_precision()
-        for sink in self._sinks:
-            sink.write(moment)
+        for number in range(world.worlds):
+            moment = world.snapshot(number).in_single_precision()
+            for sink in self._sinks:
+                sink.write(moment)
         self._last_ms = world.now_ms
         while self._due_ms <= world.now_ms:
             self._due_ms += self._every_ms

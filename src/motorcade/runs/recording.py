@@ -33,7 +33,9 @@ if TYPE_CHECKING:
     from motorcade.engine.simulation import Simulation
 
 FORMAT = "motorcade-recording/1"
-EVENT_FIELDS = Event._fields
+# Of which of the worlds side by side, and after how many resets, something is.
+WHICH = ("world", "run")
+EVENT_FIELDS = (*Event._fields, *WHICH)
 DATA_ENDING = ".mcap"
 FILM_ENDING = ".gif"
 PICTURE_ENDINGS = (".png", ".svg", ".pdf")
@@ -61,7 +63,7 @@ class Description:
         images: the leaders' images in hexadecimal; leader k runs image k modulo their number.
         leaders: the numbers of the cars that lead.
         cars: the number of cars.
-        seed: the seed of the run's random numbers.
+        seeds: the seeds of the random numbers, one for each of the worlds side by side.
         every_ms: the interval between recorded moments.
     """
 
@@ -70,19 +72,19 @@ class Description:
     images: tuple[str, ...]
     leaders: tuple[int, ...]
     cars: int
-    seed: int
+    seeds: tuple[int, ...]
     every_ms: int
 
     @classmethod
     def of(cls, world: "Simulation", every_ms: int) -> "Description":
-        """Describe ``world``, or the first where there are several."""
+        """Describe a world, or several side by side."""
         return cls(
             mat=replace(world.mat, starts=Starts.of([], [])),
             profile=world.profile,
             images=tuple(image.hex() for image in world.images),
             leaders=tuple(world.mat.starts.leaders),
             cars=world.cars,
-            seed=world.seeds[0],
+            seeds=tuple(world.seeds),
             every_ms=every_ms,
         )
 
@@ -99,7 +101,7 @@ class Description:
         values["mat"] = mat_of(mat, Phrase("mat-named", name=mat["name"]))
         name = profile.pop("name")
         values["profile"] = profile_from_dict(profile, name)
-        return cls(**values | {name: tuple(values[name]) for name in ("images", "leaders")})
+        return cls(**values | {name: tuple(values[name]) for name in ("images", "leaders", "seeds")})
 
     def to_texts(self) -> dict[str, str]:
         """The description as one text a name: ``format`` as it is, all others as JSON."""
@@ -129,6 +131,11 @@ class Description:
         return [(x / 1e6, y / 1e6) for x, y in places]
 
 
+def shown_moments(recording: "Recording") -> Iterator[Moment]:
+    """The moments that pictures and films show: those of the first world."""
+    return (moment for moment in recording.moments() if not moment.world)
+
+
 class Recording(Protocol):
     """A recorded run, which can be read any number of times, one moment and one batch of events at a time.
 
@@ -147,10 +154,10 @@ class Recording(Protocol):
         """The time of the last moment."""
 
     def moments(self) -> Iterator[Moment]:
-        """The moments in order of time."""
+        """The moments in order of runs, time and worlds."""
 
     def events(self) -> Iterator[NDArray[np.void]]:
-        """Arrays of `motorcade.engine.events.EVENT` in order of time."""
+        """Arrays of `motorcade.engine.events.EVENT` in order of runs and time."""
 
 
 class Sink:

@@ -9,17 +9,20 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from motorcade.config.arguments import instance_of, to_function, to_number
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.engine.events import EVENT, START
+from motorcade.engine.simulation import checked_images
 from motorcade.engine.world import World
-from motorcade.mats import Mat, check_mat, formation, open_table
-from motorcade.runs.recorder import EVERY_MS, Recorder
+from motorcade.mats import Mat, formation, open_table
+from motorcade.runs.recorder import EVERY_MS, Recorder, Target, targets_of
 from motorcade.runs.recording import DATA_ENDING, Description, InMemoryRecording, OnProgress, Sink
 from motorcade.words.image import parse_image_bytes
-from motorcade.words.infrared import TAGS
+from motorcade.words.infrared import TAGS, slot_tags
 
 # Runs of more cars are recorded into files where that is asked for, and not in memory.
 MOST_CARS_IN_MEMORY = 1000
+LONGEST_S = 86_400
 _NEVER_MS = np.iinfo(np.int32).max
 
 
@@ -62,6 +65,8 @@ class SlotCounts(Sink):
         parsed = parse_image_bytes(image)
         self._words = np.array(parsed.followers, np.int64)
         self._tagged = bool(parsed.tagged)
+        # The tags of the first slots; of twice as many whenever more are asked for.
+        self._tags: list[int] = []
         self._dwell_ms = profile.dwell_ms[parsed.dwell_level] if parsed.followers else 0
         self._leads = np.asarray(mat.starts.leads)
         cars = len(self._leads)
@@ -96,7 +101,7 @@ class SlotCounts(Sink):
         while len(self._closed) < -(-until_ms // self._dwell_ms):
             self._close_one()
         return [
-            Slot(leader, number % TAGS + 1 if self._tagged else 0, number * self._dwell_ms, *counted)
+            Slot(leader, self._tag_of(number), number * self._dwell_ms, *counted)
             for number, counted in enumerate(self._closed)
             for leader in np.flatnonzero(self._leads).tolist()
         ]
@@ -104,13 +109,25 @@ class SlotCounts(Sink):
     def _slots_of(self, now: NDArray[np.int64], started: NDArray[np.void]) -> NDArray[np.int64]:
         """The slot that each beginning belongs to, -1 where to none; ``now`` are the slots in which they happened."""
         if self._tagged:
-            behind = (now % TAGS + 1 - started["other"].astype(np.int64)) % TAGS
-            found = np.where(started["other"] > 0, now - behind, -1)
+            found = np.full(len(now), -1)
+            for slot in np.unique(now).tolist():
+                newest = np.full(TAGS + 1, -1)
+                for earlier in range(max(0, slot - TAGS + 1), slot + 1):
+                    newest[self._tag_of(earlier)] = earlier
+                found[now == slot] = newest[started["other"][now == slot]]
         else:
             words = started["word"].astype(np.int64)
             before = np.where(words == self._words[(now - 1) % len(self._words)], now - 1, -1)
             found = np.where(words == self._words[now % len(self._words)], now, before)
         return found
+
+    def _tag_of(self, slot: int) -> int:
+        """The tag of a slot's word, 0 for a bare one."""
+        if not self._tagged:
+            return 0
+        if slot >= len(self._tags):
+            self._tags = slot_tags(self._words.tolist(), 2 * slot + 1)
+        return self._tags[slot]
 
     def _close_one(self) -> None:
         counts, lags_ms = self._open[len(self._closed)]
@@ -148,6 +165,10 @@ class Run:
         return np.concatenate([np.zeros(0, EVENT), *(self.recording.events() if self.recording else ())])
 
 
+def _takes_events(target: Target) -> bool:
+    return isinstance(target, Sink) or Path(target).suffix.lower() == DATA_ENDING
+
+
 def simulate(
     image: bytes,
     followers: int = 5,
@@ -155,7 +176,7 @@ def simulate(
     seed: int = 0,
     profile: Profile | None = None,
     mat: Mat | None = None,
-    record: Iterable[str | Path] = (),
+    record: str | Path | Iterable[str | Path] = (),
     progress: OnProgress = lambda done_ms: None,
 ) -> Run:
     """Simulate leaders that run ``image``, and their followers.
@@ -163,28 +184,29 @@ def simulate(
     Args:
         image: the image's bytes, as they would be uploaded.
         followers: the number of followers, which stand around one leader on an empty table, behind it first.
-        seconds: simulated time.
+        seconds: simulated time, 0 to 86400.
         seed: the same seed gives the same run.
         profile: the meaning of the levels in words; the built-in ``classroom`` unless given.
         mat: the place with all cars, in place of ``followers``; `open_table` makes one from poses.
-        record: files to record the run in: .mcap; .gif; .png, .svg, .pdf.
+        record: a file, or several, to record the run in: .mcap; .gif; .png, .svg, .pdf.
         progress: called with the simulated time in ms that is done: of the run, then also of each film and picture.
 
     Raises:
-        MotorcadeError: the run can't be simulated, or a file can't be written.
+        MotorcadeError: an argument isn't allowed, the run can't be simulated, or a file can't be written.
     """
-    chosen = profile or built_in_profile("classroom")
-    place = mat or open_table(formation(followers, chosen.infrared.range_mm / 1000))
-    check_mat(place, chosen)
-    files = [Path(path) for path in record]
-    is_small = len(place.starts) <= MOST_CARS_IN_MEMORY
+    chosen = built_in_profile("classroom") if profile is None else instance_of(Profile, "profile", profile)
+    place = open_table(formation(followers, chosen.infrared.range_mm / 1000)) if mat is None else mat
+    (image,) = checked_images([image])
+    duration_ms = round(to_number("seconds", seconds, 0, LONGEST_S) * 1000)
+    files = targets_of("record", record)
+    is_small = len(instance_of(Mat, "mat", place).starts) <= MOST_CARS_IN_MEMORY
     slots = SlotCounts(image, place, chosen)
-    events = is_small or slots.counts_anything or any(path.suffix.lower() == DATA_ENDING for path in files)
+    events = is_small or slots.counts_anything or any(_takes_events(target) for target in files)
     world = World(place, [image], chosen, seeds=seed, events=events)
     recording = InMemoryRecording(Description.of(world, EVERY_MS)) if is_small else None
     driven_m = np.zeros(world.cars)
     slice_ms = max(EVERY_MS // world.tick_ms, 1) * world.tick_ms
-    duration_ms = round(seconds * 1000)
+    to_function("progress", progress)
     targets = [recording, slots if slots.counts_anything else None, *files]
     with Recorder(targets, world, EVERY_MS, events, lambda done_ms: progress(duration_ms + done_ms)) as recorder:
         before = world.snapshot()

@@ -257,10 +257,12 @@ class RemoteControl:
     def leave(self) -> None:
         """End the connection; the car stands still if this page drove it."""
         self._stop_pending = False
-        if self.client:
-            self.client.steer(0, 0)
-        self.give_up_client()
-        self._cars.leave(self._car, self)
+        try:
+            if self.client:
+                self.client.steer(0, 0)
+        finally:
+            self.give_up_client()
+            self._cars.leave(self._car, self)
 
 
 # A page's connection to a car: of this process, or behind a network.

@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import AsyncGenerator, AsyncIterator, Callable, Coroutine
-from contextlib import aclosing, suppress
+from contextlib import ExitStack, aclosing, suppress
 from typing import Any
 
 from starlette.applications import Starlette
@@ -47,7 +47,7 @@ class PageSession:
         self._page = page
         self._fleet = fleet
         self._settings = settings
-        self._freshness = Freshness(_STALE_MS, can_ask=True)
+        self._freshness = Freshness(_STALE_MS)
         host, port = socket.client or ("?", 0)
         self._address = self._name = f"{host}:{port}"
         self._user = socket.query_params.get("name", "")
@@ -79,12 +79,14 @@ class PageSession:
             await self._page.serve(RemoteMessage, self._handle, (self._steer, self._send_telemetry))
         finally:
             controls, self._controls = self._controls, {}
-            for control in controls.values():
-                control.leave()
-            for car in list(self._driven):
-                self._record_driving(car, False)
-            for request in self._requests:
-                request.cancel()
+            with ExitStack() as ending:
+                for request in self._requests:
+                    ending.callback(request.cancel)
+                for car in list(self._driven):
+                    ending.callback(self._record_driving, car, False)
+                # These come first, each whatever becomes of the others.
+                for control in controls.values():
+                    ending.callback(control.leave)
 
     async def _handle(self, message: RemoteMessage) -> None:
         match message:
@@ -130,11 +132,12 @@ class PageSession:
     def _stop(self, names: list[str]) -> None:
         """Stop these cars, also those to which the page is not connected."""
         for name in names:
-            self._record("stops", name)
             if name in self._controls:
                 self._request(self._controls[name].act("stop"))
             else:
                 self._request(self._fleet.of(name).stop(name, self._name))
+        for name in names:
+            self._record("stops", name)
 
     async def _act(self, car: str, action: Action) -> None:
         if car not in self._controls:

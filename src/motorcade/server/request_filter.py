@@ -30,6 +30,10 @@ STATE_KEY = "connection"
 # WebSockets of one pupil: three tabs have fewer. The oldest gives way.
 MOST_SOCKETS = 8
 RATE_WINDOW_S = 2
+# Who is out is sent nothing more after so long: until then, why.
+_LAST_WORDS_S = 1.0
+# What a stream sends again and again; and why a WebSocket ends (RFC 6455, section 7.4.1).
+_PARTS, _NOT_ALLOWED = ("websocket.send", "http.response.body"), 1008
 # Paths that may be opened with the token in the address, and paths that only our own pages may request.
 _PAGES = ("/", "/drive")
 _TOKEN_CODES = ("token-needed", "wrong-token")
@@ -112,7 +116,8 @@ class RequestFilter:
             await self._app(scope, receive, send)
             return
         send = _with_headers(scope, send)
-        holder, stays = self._holder(HTTPConnection(scope))
+        asker = HTTPConnection(scope)
+        holder, stays = self._holder(asker)
         connection = scope.get("state", {}).get(STATE_KEY)
         if connection:
             connection.holder, connection.stays = holder, stays
@@ -129,8 +134,53 @@ class RequestFilter:
         if shown:
             await self._store_token(scope)(scope, receive, send)
             return
+        receive = self._bounded(receive, self._most_body(scope))
+        if holder:
+            receive, send = self._while_in(asker, holder, receive, send)
         with self._counted(connection) if scope["type"] == "websocket" else nullcontext():
-            await self._app(scope, self._bounded(receive, self._most_body(scope)), send)
+            await self._app(scope, receive, send)
+
+    def _while_in(self, asker: HTTPConnection, holder: str, receive: Receive, send: Send) -> tuple[Receive, Send]:
+        """Return how a holder's request is received and answered while the holder is in.
+
+        The right to ask may end after the head of a request has come: a body that comes later is refused, a WebSocket
+        is over, and a second later nothing more is sent.
+        """
+        is_socket = asker.scope["type"] == "websocket"
+        out_since_s: float | None = None
+        is_over = False
+
+        def is_in() -> bool:
+            return self._holder(asker)[0] == holder
+
+        async def end() -> None:
+            nonlocal is_over
+            is_over = True
+            if is_socket:
+                await send({"type": "websocket.close", "code": _NOT_ALLOWED})
+
+        async def receive_in() -> Message:
+            message = await receive()
+            is_whole = message["type"] == "http.request" and not message.get("more_body")
+            if is_whole and self._admit and not is_in():
+                self._admit(asker, self._holder(asker)[0])
+            if message["type"] == "websocket.receive" and not is_in():
+                await end()
+                return {"type": "websocket.disconnect", "code": _NOT_ALLOWED}
+            return message
+
+        async def send_in(message: Message) -> None:
+            nonlocal out_since_s
+            if message["type"] in _PARTS and not is_over and not is_in():
+                now_s = self._settings.clock()
+                out_since_s = now_s if out_since_s is None else out_since_s
+                if now_s - out_since_s >= _LAST_WORDS_S:
+                    await end()
+            if is_over:
+                raise OSError
+            await send(message)
+
+        return receive_in, send_in
 
     @contextmanager
     def _counted(self, socket: "Connected | None") -> Iterator[None]:

@@ -1,6 +1,6 @@
 """Project files, with the program, the mat and the layout of the blocks; and the example projects."""
 
-import json
+from dataclasses import replace
 from importlib import resources
 from typing import Any
 
@@ -43,14 +43,11 @@ def project_text(project: Project) -> str:
 
     Blocks that aren't a valid program yet are stored too; the file's program has no steps then.
     """
-    text = whole_program(project.leader, project.followers, project.profile).as_json().removesuffix("\n}\n")
     settings = {name: value for name in _SETTINGS if (value := getattr(project, name)) is not None}
     view = {"leader": project.leader, "followers": project.followers, **settings}
-    for name, value in (("mat", project.mat), ("view", view)):
-        if value is not None:
-            # One line each: a long row of blocks is nested deeply, so indented JSON would be mostly spaces.
-            text += f',\n "{name}": {json.dumps(value, ensure_ascii=False)}'
-    return text + "\n}\n"
+    beside = {"view": view} if project.mat is None else {"mat": project.mat, "view": view}
+    program = whole_program(project.leader, project.followers, project.profile)
+    return replace(program, beside=beside).as_json()
 
 
 def open_text(text: str | bytes) -> Project:

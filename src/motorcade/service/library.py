@@ -24,6 +24,7 @@ from motorcade.service import messages
 LONGEST_NAME = 60
 # Letters that turn the direction of what follows: a name with one reads otherwise than it is.
 _TURNS = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
+_NEVER = _TURNS | {"/", "\\"}
 # Control characters, surrogates, private characters, line and paragraph separators.
 _UNWANTED = ("Cc", "Cs", "Co", "Zl", "Zp")
 # Of a user: a pupil's nickname, or a driver's name.
@@ -61,10 +62,20 @@ DEFAULT_LIMITS = Limits()
 def checked_name(name: str) -> str:
     """Return a project's name in Unicode's form NFC, without spaces around it. Raises MotorcadeError."""
     name = unicodedata.normalize("NFC", name).strip()
-    is_allowed = 0 < len(name) <= LONGEST_NAME and name not in (".", "..") and not set(name) & {"/", "\\", *_TURNS}
-    if not is_allowed or any(unicodedata.category(character) in _UNWANTED for character in name):
+    if not 0 < len(name) <= LONGEST_NAME or name in (".", "..") or not all(map(_may_be_in_a_name, name)):
         raise MotorcadeError("bad-project-name", most=LONGEST_NAME)
     return name
+
+
+def allowed_name(name: str) -> str:
+    """Return a name that a project may have, near to ``name``."""
+    kept = (letter if _may_be_in_a_name(letter) else "_" for letter in unicodedata.normalize("NFC", name))
+    short = "".join(kept).strip()[:LONGEST_NAME].strip()
+    return "_" if short in ("", ".", "..") else short
+
+
+def _may_be_in_a_name(letter: str) -> bool:
+    return letter not in _NEVER and unicodedata.category(letter) not in _UNWANTED
 
 
 def checked_user_name(text: str) -> str:

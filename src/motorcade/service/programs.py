@@ -13,7 +13,7 @@ from motorcade.config.profile import built_in_profile, built_in_profiles
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import languages
 from motorcade.program import diagnostics as program_diagnostics
-from motorcade.program.blocks import blocks_of, field_value, holder_of, program_of
+from motorcade.program.blocks import MOST_DEEP, blocks_of, field_value, holder_of, program_of
 from motorcade.program.compiler import Compiled, compile_program
 from motorcade.program.decompiler import DecompileError, decompile
 from motorcade.program.diagnostics import TEXT, Fix, ProgramError, error
@@ -28,8 +28,6 @@ from motorcade.words.image import bytes_to_words, words_to_bytes
 
 # The sentence of an error in a file names at most so many diagnostics; the others often follow from the first ones.
 _MOST_SHOWN = 3
-# Blocks that make no program are found one at a time; so many of them are left out.
-_MOST_ROUNDS = 12
 # Errors of the whole program: without the block that they name, it would be another one.
 _TOO_MANY = ("too-many-states", "too-many-words")
 # The fields for which a button has words of its own; of others it says the value alone.
@@ -64,37 +62,62 @@ def compile_blocks(blocks: messages.Blocks) -> messages.CompiledBlocks:
     Raises MotorcadeError where there is no such profile.
     """
     profile = built_in_profile(blocks.profile)
-    first: messages.CompiledBlocks | None = None
-    diagnostics: dict[tuple[object, ...], program_diagnostics.Diagnostic] = {}
-    left_out: set[str] = set()
-    for _ in range(_MOST_ROUNDS):
-        leader, followers = (_without(left_out, each) for each in (blocks.leader, blocks.followers))
-        try:
-            program = program_of(leader, followers, blocks.profile)
+    sorting = _Sorting(blocks)
+    answer = messages.CompiledBlocks([])
+    if program := sorting.read():
+        compiled = compile_program(program, profile)
+        answer = _answer(compiled, program)
+        if sorting.leave_out(compiled.diagnostics) and (program := sorting.read()):
             compiled = compile_program(program, profile)
-            found: Iterable[program_diagnostics.Diagnostic] = compiled.diagnostics
-        except ProgramError as problem:
-            compiled, found = None, problem.diagnostics
-        for each in found:
-            # A warning of what is left is not one of the whole program.
-            if each.severity == "error" or not left_out:
-                diagnostics.setdefault((each.code, each.id or each.path, str(each.details)), each)
-        if compiled:
-            answer = _answer(compiled, program)
-            first = first or answer
-            if compiled.words:
-                first.words = answer.words
-                break
-        wrong = {each.id for each in found if each.severity == "error" and each.code not in _TOO_MANY and each.id}
-        if not wrong - left_out:
-            break
-        left_out |= wrong
-    answer = first or messages.CompiledBlocks([])
-    answer.diagnostics = diagnostics_in_all_languages(diagnostics.values(), blocks.followers)
-    answer.left_out = sorted(left_out)
-    if left_out:
+            sorting.leave_out(compiled.diagnostics)
+            answer.words = _words(compiled, program)
+    answer.diagnostics = diagnostics_in_all_languages(sorting.diagnostics.values(), blocks.followers)
+    answer.left_out = sorted(sorting.left_out)
+    if sorting.left_out:
         answer.image = None
     return answer
+
+
+class _Sorting:
+    """What is wrong with the blocks of both editors, and what is left of them.
+
+    Attributes:
+        diagnostics: each error once, and the warnings of the whole program.
+        left_out: the ids of the blocks that have errors.
+    """
+
+    def __init__(self, blocks: messages.Blocks) -> None:
+        self.diagnostics: dict[tuple[object, ...], program_diagnostics.Diagnostic] = {}
+        self.left_out: set[str] = set()
+        self._blocks = blocks
+
+    def read(self) -> Program | None:
+        """Return the program of the blocks that are left, without those that make none; None where nothing helps."""
+        blocks = self._blocks
+        # A block may be wrong only because those inside it are left out.
+        for _ in range(MOST_DEEP):
+            leader, followers = (_without(self.left_out, state) for state in (blocks.leader, blocks.followers))
+            try:
+                return program_of(leader, followers, blocks.profile)
+            except ProgramError as problem:
+                if not self.leave_out(problem.diagnostics):
+                    return None
+        return None
+
+    def leave_out(self, found: Iterable[program_diagnostics.Diagnostic]) -> bool:
+        """Note what is wrong, and leave out the blocks that it names; return whether there are any more of them."""
+        wrong = set()
+        for diagnostic in found:
+            is_error = diagnostic.severity == "error"
+            # A warning of what is left is not one of the whole program.
+            if is_error or not self.left_out:
+                key = (diagnostic.code, diagnostic.id or diagnostic.path, str(diagnostic.details))
+                self.diagnostics.setdefault(key, diagnostic)
+            if is_error and diagnostic.id and diagnostic.code not in _TOO_MANY:
+                wrong.add(diagnostic.id)
+        is_more = not wrong <= self.left_out
+        self.left_out |= wrong
+        return is_more
 
 
 def _without(left_out: set[str], state: Any) -> Any:

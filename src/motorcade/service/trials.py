@@ -4,6 +4,7 @@ A shell calls `receive` for each message, and `advance` as long as `is_busy`; ea
 """
 
 from collections import deque
+from collections.abc import Iterator
 from typing import Annotated
 
 from msgspec import Meta
@@ -24,6 +25,8 @@ _MOST_CAR_SECONDS = 1_500_000
 _FEWEST_RUNS = 20
 # A page shows no more.
 _MOST_FAILED = 100
+# Of a run that is explained so many moments are looked at in one call, fewer where there are many cars.
+_MOMENTS, _MOMENTS_OF_CARS = 10, 2_000
 
 
 class Try(StreamMessage):
@@ -82,16 +85,23 @@ class _Try:
         seeds = other_seeds(self._mission, self._runs)
         self._odds = Odds(self._mission, message.image, seeds, open_worlds)
         self._trials: list[Trial] = []
-        # The seeds whose failures are to be told.
-        self.asked: deque[int] = deque()
+        # The seeds whose failures are to be told, and the one that is looked at.
+        self.asked: deque[int] = deque(maxlen=_MOST_FAILED)
+        self._explaining: Iterator[Failure | None] | None = None
 
     @property
     def is_busy(self) -> bool:
-        return bool(self.asked) or not self._odds.is_over
+        return self._explaining is not None or bool(self.asked) or not self._odds.is_over
 
     def advance(self) -> list[Luck | Failure]:
-        if self.asked:
-            return [self._explain(self.asked.popleft())]
+        if self._explaining is None and self.asked:
+            self._explaining = self._explain(self.asked.popleft())
+        if self._explaining is not None:
+            failure = next(self._explaining)
+            if failure is None:
+                return []
+            self._explaining = None
+            return [failure]
         ended = self._odds.advance()
         self._trials += ended
         return [self.luck()] if ended else []
@@ -101,15 +111,18 @@ class _Try:
         tried = len(self._trials)
         return Luck(tried - len(failed), tried, self._runs, failed[:_MOST_FAILED])
 
-    def _explain(self, seed: int) -> Failure:
-        """Run one seed again, watched as in the page."""
+    def _explain(self, seed: int) -> Iterator[Failure | None]:
+        """Run one seed again, watched as in the page; yield None while there is more to do."""
         world = self._open_worlds(self._mission.mat, [self._image], self._mission.profile, [seed], True)
         watch = MissionWatch(self._mission, self._image)
-        for sight in watched(world, self._mission):
+        in_a_call = max(1, min(_MOMENTS, _MOMENTS_OF_CARS // len(self._mission.mat.starts)))
+        for number, sight in enumerate(watched(world, self._mission), start=1):
             watch.see(sight.moment, sight.begun)
+            if number % in_a_call == 0:
+                yield None
         states = [state for goal, state in zip(self._mission.goals, watch.states(), strict=True) if goal.star == 1]
         state = next((state for state in states if state.progress != "met"), states[0])
-        return Failure(seed, state.t_ms or 0, sentences(state.why), list(state.cars))
+        yield Failure(seed, state.t_ms or 0, sentences(state.why), list(state.cars))
 
 
 class TrialSession:

@@ -78,6 +78,8 @@ class WorldSession:
         self._past_bytes = past_bytes
         self.make_world = make_world
         self.playing = self.has_news = False
+        # Why the world can't go on; the page is told once.
+        self._problem: MotorcadeError | None = None
         self.speed = 1.0
         self._world: StudioWorld | None = None
         self._watched: int | None = None
@@ -196,6 +198,9 @@ class WorldSession:
             # A world that has stopped by itself says so at once: nothing else may be due for long.
             self._state_due_s = now_s
         answers: list[WorldAnswer | bytes] = []
+        if self._problem:
+            answers.append(refused(self._problem))
+            self._problem = None
         if self.has_news and may_show:
             self._numbered += 1
             answers.append(self.picture(self._numbered))
@@ -238,6 +243,7 @@ class WorldSession:
 
     def _begin_run(self, conditions: Sequence[StopCondition]) -> None:
         self.playing = False
+        self._problem = None
         # The real time of the last `simulate`, and the simulated time that was due then but is not simulated yet.
         self._advanced_s = None
         self._behind_ms = 0.0
@@ -281,8 +287,12 @@ class WorldSession:
         self._real_s = self._real_s * fading + elapsed_s
         self._simulated_s = self._simulated_s * fading + self._ran_ms / 1000
         was_over = self._is_over
-        self._run(ticks)
-        if self.world.now_ms >= _LAST_MS or self._is_over != was_over:
+        try:
+            self._run(ticks)
+        except MotorcadeError as problem:
+            # A car has left the plane.
+            self._problem = problem
+        if self._problem or self.world.now_ms >= _LAST_MS or self._is_over != was_over:
             self.pause()
 
     @property

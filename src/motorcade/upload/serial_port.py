@@ -1,15 +1,20 @@
 """The serial ports of this computer: where a car is likely, an upload to one, and a readback.
 
-A port is a device such as ``/dev/ttyUSB0`` or ``COM3``, or one of pyserial's URLs, such as
-``socket://127.0.0.1:7000`` for a simulated car. The USB ids are those of makers of serial converters and boards;
-products are listed where a maker has others that are no serial port of a board.
+A port is a device such as ``/dev/ttyUSB0`` or ``COM3``, or ``socket://HOST:PORT``, such as a simulated car's. Nothing
+else is opened, whoever names it: pyserial would also write files (``spy://``), and open any file as a port. The USB ids
+are those of makers of serial converters and boards; products are listed where a maker has others that are no serial
+port of a board.
 """
 
 import errno
 import os
+import re
 import secrets
+import stat
+import sys
 from collections.abc import Callable
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import serial
 from serial.tools import list_ports
@@ -21,6 +26,7 @@ except ImportError:  # Windows
     TerminalError = OSError  # type: ignore[assignment, misc]
 
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.sockets import host_and_port
 from motorcade.timing import monotonic_ms
 from motorcade.upload.transfer import (
     OLD,
@@ -61,8 +67,17 @@ _BOARDS: tuple[tuple[str, int, tuple[int, ...]], ...] = (
 _NOTHING = "n/a"
 _USUAL_GROUP = "dialout"
 
+_COM = re.compile(r"(\\\\\.\\)?COM[0-9]{1,3}", re.IGNORECASE)
+
 # How likely a car is at a port, the likeliest first.
 BOARD, USB, OTHER, BARE = range(4)
+
+# The numbers that Windows gives, which pyserial keeps in its text alone: access is denied, a sharing violation; there
+# is no such file, or path.
+_WINDOWS_BUSY, _WINDOWS_MISSING = (5, 32), (2, 3)
+_WINDOWS_NUMBER = re.compile(r"Error\(\d+, .*, None, (\d+)\)")
+_WINDOWS_TEXT = re.compile(r"Error\(\d+, ['\"](.*?)['\"], None")
+_ERRNO = re.compile(r"\[Errno (\d+)\]")
 
 _READ_TIMEOUT_S = 0.02
 _WRITE_TIMEOUT_S = 5
@@ -173,7 +188,7 @@ def upload(
     """
     transfer = UploadTransfer(image, baud, verify, secrets.randbelow(256), progress, retrying)
     outcome = run(transfer, port, baud)
-    if error := upload_error(port, outcome, transfer.holds):
+    if error := upload_error(port, outcome, transfer.holds, in_network="://" in port):
         raise error
     return str(outcome.detail)
 
@@ -212,14 +227,69 @@ def _drain(line: serial.Serial) -> None:
         raise serial.SerialException(str(problem)) from None
 
 
+def port_name(port: str) -> str:
+    """Return a port's name as pyserial takes it.
+
+    Raises:
+        MotorcadeError: it is neither ``socket://HOST:PORT``, ``HOST:PORT`` nor the name of a device, or a file that is
+            no port.
+    """
+    name = port.strip()
+    if not name:
+        raise MotorcadeError("no-port-named")
+    scheme, separator, address = name.partition("://")
+    if separator:
+        if scheme.lower() != "socket":
+            raise MotorcadeError("not-a-port-name", port=port)
+        return _socket_url(address)
+    host, _, number = name.rpartition(":")
+    # As cars are printed; a path such as /dev/serial/by-id/… may have a colon, too.
+    if host and number.isdecimal() and not name.startswith("/"):
+        return _socket_url(name)
+    is_port = _is_windows_port if sys.platform == "win32" else _may_be_port
+    try:
+        if is_port(name):
+            return name
+    except ValueError:
+        raise MotorcadeError("not-a-port-name", port=port) from None
+    raise MotorcadeError("no-serial-port", port=port)
+
+
+def _socket_url(address: str) -> str:
+    host, number = host_and_port(address)
+    return f"socket://[{host}]:{number}" if ":" in host else f"socket://{host}:{number}"
+
+
+def _is_windows_port(name: str) -> bool:
+    return _COM.fullmatch(name) is not None or name in [port.device for port in list_ports.comports()]
+
+
+def _may_be_port(name: str) -> bool:
+    """Whether a file is a device, and none that Linux knows to be something else; so is one that isn't there.
+
+    To open a watchdog, for one, would start it. Raises ValueError.
+    """
+    try:
+        found = os.stat(name)  # noqa: PTH116 - a port is no path
+    except OSError:
+        return True
+    number = f"{os.major(found.st_rdev)}:{os.minor(found.st_rdev)}"
+    subsystem = Path(f"/sys/dev/char/{number}/subsystem")
+    return stat.S_ISCHR(found.st_mode) and (not subsystem.exists() or subsystem.resolve().name == "tty")
+
+
+def serial_line(port: str, **settings: Any) -> serial.Serial:
+    """Open a port with pyserial's settings, for this process alone.
+
+    Raises MotorcadeError where it can't be a port, and what pyserial raises.
+    """
+    return serial.serial_for_url(port_name(port), exclusive=True, **settings)
+
+
 def open_port(port: str, baud: int) -> serial.Serial:
     """Open a port for this process alone. Raises MotorcadeError."""
-    if not port.strip():
-        raise MotorcadeError("no-port-named")
     try:
-        return serial.serial_for_url(
-            port, baudrate=baud, timeout=_READ_TIMEOUT_S, write_timeout=_WRITE_TIMEOUT_S, exclusive=True
-        )
+        return serial_line(port, baudrate=baud, timeout=_READ_TIMEOUT_S, write_timeout=_WRITE_TIMEOUT_S)
     except ValueError:
         raise MotorcadeError("not-a-port-name", port=port) from None
     except (serial.SerialException, OSError) as problem:
@@ -229,17 +299,49 @@ def open_port(port: str, baud: int) -> serial.Serial:
 
 
 def open_error(port: str, problem: Exception) -> MotorcadeError:
-    """The error for a port that can't be opened; pyserial distinguishes some cases in its text only."""
-    code, text = getattr(problem, "errno", None), str(problem)
-    if code in (errno.EACCES, errno.EPERM) and "denied" in text and "PermissionError" not in text:
+    """The error for a port that can't be opened, with the driver's own reason."""
+    text = str(problem)
+    if "://" in port:
+        return MotorcadeError("no-car-at-address", port=port, reason=_reason(problem))
+    number = _windows_number(text)
+    code = None if number else getattr(problem, "errno", None)
+    if code == errno.EACCES:
         return MotorcadeError("port-forbidden", port=port, group=group_of(port))
-    if code in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in text or "PermissionError" in text:
+    # pyserial tells of a port that another process has locked in its text only.
+    if number in _WINDOWS_BUSY or code in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in text:
         return MotorcadeError("port-busy", port=port)
     if code in (errno.ENOTTY, errno.EISDIR) or "Inappropriate ioctl" in text:
         return MotorcadeError("no-serial-port", port=port)
-    return MotorcadeError("no-car-at-address" if "://" in port else "no-such-port", port=port)
+    is_missing = number in _WINDOWS_MISSING or code == errno.ENOENT
+    if is_missing and port not in [listed.device for listed in list_ports.comports()]:
+        return MotorcadeError("no-such-port", port=port)
+    return MotorcadeError("port-fails", port=port, reason=_reason(problem))
+
+
+def _windows_number(text: str) -> int:
+    """Return the number of Windows' error in pyserial's text, 31 in "PermissionError(13, '…', None, 31)"; or 0."""
+    found = _WINDOWS_NUMBER.search(text)
+    return int(found[1]) if found else 0
+
+
+def _reason(problem: Exception) -> object:
+    """Return the driver's reason for a sentence: what Windows says with its number, or what the system refused."""
+    text = str(problem)
+    if number := _windows_number(text):
+        said = _WINDOWS_TEXT.search(text)
+        return Phrase("windows-says", number=number, text=said[1] if said else text)
+    code = getattr(problem, "errno", None)
+    if code is None:
+        # pyserial hides it in the text of its own error: "[Errno 5] Input/output error".
+        found = _ERRNO.search(text)
+        code = int(found[1]) if found else None
+    return text if code is None else OSError(code, os.strerror(code))
 
 
 def _gone(port: str, problem: Exception, holds: str) -> MotorcadeError:
-    code = "takes-no-bytes" if isinstance(problem, serial.SerialTimeoutException) else "went-away"
-    return MotorcadeError(code, port=port, holds=holds_phrase(holds))
+    holding = holds_phrase(holds)
+    if isinstance(problem, serial.SerialTimeoutException):
+        return MotorcadeError("takes-no-bytes", port=port, holds=holding)
+    if "://" in port:
+        return MotorcadeError("connection-broke", port=port, reason=_reason(problem), holds=holding)
+    return MotorcadeError("port-broke", port=port, reason=_reason(problem), holds=holding)

@@ -4,6 +4,7 @@ Pure: received bytes and the clock in, bytes to send out. Whatever carries the b
 test) steps the same transfer.
 """
 
+import re
 from abc import ABC, abstractmethod
 from binascii import crc32
 from collections.abc import Callable, Generator, Iterator
@@ -49,6 +50,21 @@ NEW = "new"
 EITHER = "either"
 NEITHER = "neither"
 UNKNOWN = "unknown"
+
+# What may come of a whole transfer besides: the board runs something else, as what it sends shows.
+FOREIGN = "foreign"
+# So much of what came last is kept to tell that.
+_HEARD_BYTES = 400
+_LONGEST_SHOWN = 60
+# What may stand in a damaged answer of a car.
+_SIGNS_OF_A_CAR = (b"OK ", b"ERR ", b"words=", b"crc32=", b"check=", b"holds=")
+# What programs of other boards send, and the phrase that names each.
+_OTHER_PROGRAMS = (
+    (re.compile(rb">>> ?|MicroPython v|CircuitPython"), "board-python"),
+    (re.compile(rb"echo:|Marlin|\bok T:|^start\s", re.MULTILINE), "board-printer"),
+    (re.compile(rb"\$G[A-Z]{4},"), "board-gps"),
+    (re.compile(rb"rst:0x|ets [A-Z][a-z]{2} "), "board-boot-loader"),
+)
 
 # Why there is another try: the keys of phrases, whose details are the ``number`` of the try, and ``of`` how many.
 ASKS_AGAIN = "upload-asks-again"
@@ -112,12 +128,19 @@ class Transfer(ABC):
         self._has_settled = False
         self._data = b""
         self._now_ms = 0
+        self._heard = b""
         self._steps: Iterator[bytes] = self._run()
 
     def step(self, data: bytes, now_ms: int) -> bytes:
         """Take the bytes that came by ``now_ms`` (ticks). Returns the bytes to send now, often none."""
         self._data, self._now_ms = data, now_ms
+        self._heard = (self._heard + data)[-_HEARD_BYTES:]
         return next(self._steps, b"")
+
+    def _or_foreign(self, outcome: Outcome) -> Outcome:
+        """Return FOREIGN in place of an outcome without an answer where something else than a car has sent text."""
+        program = other_program(self._heard)
+        return outcome if program is None else Outcome(FOREIGN, program)
 
     @abstractmethod
     def _run(self) -> Steps:
@@ -186,7 +209,7 @@ class ReadbackTransfer(Transfer):
             outcome = yield from self._receive(end, upload.ANSWER_WITHIN_MS)
             if outcome.kind == upload.IMAGE or is_busy(outcome):
                 break
-        self.outcome = outcome
+        self.outcome = outcome if outcome.kind == upload.IMAGE else self._or_foreign(outcome)
 
 
 class UploadTransfer(Transfer):
@@ -239,7 +262,8 @@ class UploadTransfer(Transfer):
             yield from self._send_plain()
         elif _knows_no_checks(reasons):
             yield from self._send_plain()
-        self.outcome = self._last
+        is_silent = answer.kind == upload.SILENT and self._last.kind == upload.SILENT
+        self.outcome = self._or_foreign(self._last) if is_silent else self._last
 
     def _announce(self) -> Generator[bytes, None, tuple[Outcome, list[str]]]:
         """Announce the image until the car is ready for it. Returns its last answer and the reasons of all refusals."""
@@ -310,6 +334,22 @@ class UploadTransfer(Transfer):
         return (yield from self._receive(end, upload.answer_within_ms(self._image)))
 
 
+def other_program(heard: bytes) -> Phrase | None:
+    """Return what the board that sent these bytes runs, if it is no car; None where that isn't known."""
+    if any(sign in heard for sign in _SIGNS_OF_A_CAR):
+        return None
+    for pattern, key in _OTHER_PROGRAMS:
+        if pattern.search(heard):
+            return Phrase(key)
+    # The first and the last one may be cut.
+    text = max(heard.split(b"\n"), key=len).strip()
+    letters = sum(32 <= byte < 127 for byte in text)
+    # A wrong baud rate makes noise of text.
+    if letters < 3 or letters < len(text):
+        return None
+    return Phrase("board-sends", text=upload.printable(text[:_LONGEST_SHOWN]))
+
+
 def _knows_no_checks(reasons: list[str]) -> bool:
     """Whether a car that refused several check requests, for ``reasons``, doesn't know them.
 
@@ -327,11 +367,17 @@ def is_busy(outcome: Outcome) -> bool:
     return outcome.kind == upload.REFUSED and str(outcome.detail).startswith("busy")
 
 
-def upload_error(port: str, outcome: Outcome, holds: str) -> MotorcadeError | None:
-    """The error for `Transfer.outcome` and `Transfer.holds` of an upload; None where it succeeded."""
+def upload_error(port: str, outcome: Outcome, holds: str, in_network: bool = False) -> MotorcadeError | None:
+    """The error for `Transfer.outcome` and `Transfer.holds` of an upload; None where it succeeded.
+
+    ``in_network``: the car is reached without a cable and a baud rate.
+    """
     kind, detail = outcome
+    if kind == FOREIGN:
+        return MotorcadeError("runs-something-else", port=port, what=detail)
     if kind == upload.SILENT:
-        return MotorcadeError("no-answer", port=port, detail=detail, holds=holds_phrase(holds))
+        code = "no-answer-at-address" if in_network else "no-answer"
+        return MotorcadeError(code, port=port, detail=detail, holds=holds_phrase(holds))
     if kind == upload.MISMATCH or (kind == upload.REFUSED and str(detail).startswith(upload.OTHER_CHECKSUM)):
         return MotorcadeError("mismatch", port=port, detail=detail, holds=holds_phrase(holds))
     if kind != upload.REFUSED:
@@ -347,6 +393,8 @@ def readback_error(port: str, outcome: Outcome) -> MotorcadeError | None:
     kind, detail = outcome
     if kind == upload.IMAGE:
         return None
+    if kind == FOREIGN:
+        return MotorcadeError("runs-something-else", port=port, what=detail)
     if kind == upload.SILENT:
         return MotorcadeError("nothing-to-read", port=port, detail=detail)
     if is_busy(outcome):

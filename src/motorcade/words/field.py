@@ -179,7 +179,7 @@ class WordFormat:
         if name not in ("decode", "encode"):
             raise AttributeError(name)
         # Fields are the parameters of encode: the underscores keep these names different from theirs.
-        space: dict[str, Any] = {key: getattr(self, key) for key in ("_refuse_word", "_refuse")}
+        space: dict[str, Any] = {key: getattr(self, key) for key in ("_refuse_word", "_refuse", "_encode_plain")}
         space["_values"] = self.values
         # tuple.__new__ skips the constructor of the named tuple, which is half of the cost of a decode.
         space["_new"] = getattr(tuple, "__new__", None) or (lambda cls, raw: cls(*raw))
@@ -297,7 +297,9 @@ class WordFormat:
         upper = [f"{f.name} << {f.low - 16}" for f in self.fields if f.low >= 16]
         lower = [f"{f.name} << {f.low}" for f in self.fields if f.low < 16]
         halves = ["({}) << 16".format(" | ".join(upper))] if upper else []
-        lines.append("    return " + " | ".join(halves + lower))
+        lines.append("    word = " + " | ".join(halves + lower))
+        # Numbers of NumPy's may be too narrow for a word, and lose bits.
+        lines.append(f"    return word if type(word) is int else _encode_plain({made})")
         return "\n".join(lines)
 
     def _conditions(self, prefix: str) -> "list[str]":
@@ -320,12 +322,18 @@ class WordFormat:
     def _refuse_word(self, word: int) -> None:
         raise WordError(self.name, word, Phrase("values-from-to", minimum=0, maximum=WORD_MASK), "not-32-bits")
 
+    def _encode_plain(self, raws: "tuple[int, ...]") -> int:
+        plain = tuple(map(_plain, raws))
+        self._refuse(plain)
+        word: int = self.encode(*plain)
+        return word
+
     def _refuse(self, raws: "tuple[int, ...]") -> None:
         """Raise the WordError for the first of these values that is refused.
 
         Reserved bits come last: where there is another reason to refuse a word, the error gives that one.
         """
-        by_name = dict(zip([field.name for field in self.fields], raws))
+        by_name = dict(zip([field.name for field in self.fields], map(_plain, raws)))
         for field in self.fields:
             raw = by_name[field.name]
             if not isinstance(raw, int) or not field.allows(raw):
@@ -337,6 +345,16 @@ class WordFormat:
         for field in self.fields:
             if field.reserved and by_name[field.name] > field.defined:
                 raise WordError(field.name, by_name[field.name], field.reserved_allowed)
+
+
+def _plain(raw: "Any") -> "Any":
+    """Return a whole number of another kind, such as NumPy's, as an int; all else as it is."""
+    if isinstance(raw, int) and not isinstance(raw, bool):
+        return raw
+    try:
+        return raw.__index__()
+    except (AttributeError, TypeError):
+        return raw
 
 
 def _bits(name: str, field: Field) -> str:

@@ -9,9 +9,18 @@ A tagged frame has a tag in bits 10 to 6, the number of the leader's slot, and f
 check bits in bits 5 to 1. With the parity bit the 32 bits are an extended Hamming
 code (32,26), which finds every one, two or three flipped bits. Source: the
 protocol's section "Tagged words".
+
+A remote control's frame ends in its command and the command's complement. No bare
+frame does, since its bits 10 to 1 are 0. Of tagged frames a leader passes over the
+tags with which one would, so a car may refuse all such frames.
 """
 
 from motorcade.words import uint8
+
+# For the type checker alone: MicroPython has no such module.
+MYPY = False
+if MYPY:
+    from collections.abc import Sequence
 
 TAGS = 31
 # A tag is newer than another from 1 to so many slots after it.
@@ -103,9 +112,30 @@ def tagged_frame(word: int, tag: uint8) -> int:
     return to_frame(frame | check_of(frame) << 1)
 
 
-def next_tag(tag: uint8) -> uint8:
-    """Return the tag of the slot after the one with ``tag``: after 31 comes 1."""
-    return tag % TAGS + 1
+def is_remote_control(frame: int) -> uint8:
+    """Return 1 where bits 7 to 0 are the complement of bits 15 to 8, as in each frame of NEC's protocols, else 0."""
+    return 1 if (frame ^ frame >> 8) & 255 == 255 else 0
+
+
+def next_tag(tag: uint8, word: int) -> uint8:
+    """Return the tag of the slot of ``word`` after the one with ``tag``: after 31 comes 1.
+
+    A tag with which the frame would look like a remote control's is passed over; the one after it never does.
+    """
+    tag = tag % TAGS + 1
+    if is_remote_control(tagged_frame(word, tag)):
+        tag = tag % TAGS + 1
+    return tag
+
+
+def slot_tags(words: "Sequence[int]", slots: int) -> list[int]:
+    """Return the tags of the first ``slots`` slots of a leader that is switched on with these follower words."""
+    tags = []
+    tag = 0
+    for slot in range(slots):
+        tag = next_tag(tag, words[slot % len(words)])
+        tags.append(tag)
+    return tags
 
 
 def tag_is_newer(tag: uint8, other: uint8) -> uint8:

@@ -38,7 +38,8 @@ class Stream {
  public:
   virtual int available() { return count_ - taken_; }
   virtual int read() { return taken_ < count_ ? came_[taken_++] : -1; }
-  virtual int availableForWrite() { return 63; }
+  virtual int availableForWrite() { return room_; }
+  void set_room(int room) { room_ = room; }
   virtual size_t write(const uint8_t *data, size_t count);
   void begin(uint32_t) { count_ = taken_ = 0; }
   void come(const uint8_t *data, size_t count);
@@ -46,6 +47,7 @@ class Stream {
  private:
   uint8_t came_[1 << 16];
   size_t count_ = 0, taken_ = 0;
+  int room_ = 63;
 };
 
 extern Stream Serial;

@@ -15,6 +15,8 @@ from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.config.pins import parse_pins
 from motorcade.firmware.car_files import settings_of
 from motorcade.words.infrared import frame_durations_us
+from motorcade.words.request import REQUEST_KINDS, car_request, check_request
+from motorcade.words.upload import READBACK_REQUEST, SILENCE_MS
 from support.chip_benches import FRAME, RP2040, SMALL, bench, board_of
 from support.strategies import CLASSROOM, images
 
@@ -195,23 +197,46 @@ def test_a_car_that_hears_nothing_collects_garbage_all_the_same():
     assert a_bench.collector.collections == 20_000 // power_on.COLLECT_AT_LEAST_MS
 
 
-def ends_at_the_prompt(data: bytes, byte_us: int = 87) -> bool:
+# What programs send to a board that runs something: bytes, and after how many ms. Read in the sources of Thonny, Mu,
+# ViperIDE, mpremote, rshell and Arduino Lab for MicroPython.
+PROGRAMS = {
+    "Thonny": [(0, b"\x03"), (50, b"\x01"), (100, b"\x03"), (200, b"\x03")],
+    "Mu, its REPL": [(0, b"\x02\x03")],
+    "Mu, its files": [(0, b"\x02"), (0, b"\r\x03"), (10, b"\r\x03"), (20, b"\r\x03"), (30, b"\r\x01")],
+    "Mu, a program": [(2 * place, bytes([byte])) for place, byte in enumerate(b"\3\3\1\4\3\3")],
+    "ViperIDE connects": [(0, b" \r"), (1500, b"\x03")],
+    "ViperIDE stops": [(0, b"\r\x03\x03")],
+    "mpremote": [(0, b"\r\x03"), (1, b"\r\x01")],
+    "an older mpremote": [(0, b"\r\x03\x03"), (1, b"\r\x01")],
+    "rshell": [(0, b"\x03"), (0, b"\x03\r"), (500, b"\x03\r")],
+    "Arduino Lab": [(0, b"\x03"), (150, b"\r\x03\x02")],
+    "a terminal": [(0, b"\x03")],
+    "a slow terminal": [(0, b"\r"), (300, b"\x03")],
+    "a terminal after Enter": [(0, b"\r\r\r\r\r"), (300, b"\x03")],
+}
+
+
+def ends_at_the_prompt(pieces: list[tuple[int, bytes]], byte_us: int = 87) -> bool:
+    """Whether a car ends where each piece of bytes comes so many ms after the first one."""
     a_bench = bench(is_leader=True)
     car = a_bench.open()
     a_bench.clock.sleep_ms(1000)
-    a_bench.upload(a_bench.chip.now_us, data, byte_us)
+    begin_us = a_bench.chip.now_us
+    for at_ms, data in pieces:
+        a_bench.upload(begin_us + at_ms * 1000, data, byte_us)
+    end_us = begin_us + pieces[-1][0] * 1000 + 600_000
     try:
-        for _ in range(400):
+        while a_bench.chip.now_us < end_us:
             car.tick()
-            a_bench.clock.sleep_ms(3)
+            a_bench.clock.sleep_ms(7)
     except KeyboardInterrupt:
         return True
     return False
 
 
-@pytest.mark.parametrize("knock", [b"\r\x03\r\x01", b"\x03\x03\x03", b"\r\x03\x03", b"\x03\r\x03\r"])
-def test_three_bytes_of_ctrl_c_and_return_after_a_silence_end_the_car(knock):
-    assert ends_at_the_prompt(knock)
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_programs_that_ask_for_the_prompt_end_the_car(program):
+    assert ends_at_the_prompt(PROGRAMS[program])
 
 
 def test_bytes_after_the_interrupt_are_left_for_the_prompt():
@@ -223,15 +248,54 @@ def test_bytes_after_the_interrupt_are_left_for_the_prompt():
     assert a_bench.usb.read(1) == b"\x01"
 
 
-@given(images(), st.integers(0, 8))
-def test_no_image_and_no_part_of_one_ends_the_car(image, kept):
-    assert not ends_at_the_prompt(image[:kept] if kept else image[:400])
+KEYS = st.sampled_from(b"\x03\x03\x03\x01\x02\x04\r")
 
 
-@pytest.mark.parametrize("data", [b"\x03", b"\r\x03", b"\r\r\r", b"x\x03\x03\x03", SMALL + b"\x03\x03\x03"])
-def test_fewer_or_later_bytes_do_not_end_the_car(data):
-    assert not ends_at_the_prompt(data)
+@st.composite
+def images_like_keys(draw) -> bytes:
+    """Images whose header, and the beginnings of whose words, are the keys that programs send."""
+    states, followers = draw(KEYS), draw(KEYS)
+    header = bytes([states, followers, draw(st.sampled_from(b"\x01\x02\x04")), draw(st.integers(0, 1))])
+    words = [bytes([draw(KEYS), draw(KEYS), draw(st.integers(0, 31)) << 3, 0]) for _ in range(states + followers)]
+    return header + b"".join(words)
 
 
-def test_ctrl_c_bytes_with_pauses_between_do_not_end_the_car():
-    assert not ends_at_the_prompt(b"\x03\x03", byte_us=510_000)
+@st.composite
+def cut(draw, uploads) -> list[tuple[int, bytes]]:
+    """An upload in pieces that a slow line brings, each so late that the receiver just waits for it."""
+    data = draw(uploads)
+    # Near its beginning keys are most like it.
+    ends = sorted({*draw(st.lists(st.integers(1, min(8, len(data))), min_size=1, max_size=4)), len(data)})
+    pieces, at_ms, begin = [], 0, 0
+    for end in ends:
+        pieces.append((at_ms, data[begin:end]))
+        at_ms += 1 + (end - begin) // 8 + draw(st.sampled_from([0, 20, SILENCE_MS - 50]))
+        begin = end
+    return pieces
+
+
+REQUESTS = st.one_of(
+    st.builds(check_request, st.integers(0, 2**32 - 1), st.integers(0, 255)),
+    st.builds(car_request, st.sampled_from(REQUEST_KINDS), st.integers(0, 255)),
+    st.just(READBACK_REQUEST),
+)
+
+
+@given(cut(st.one_of(images(), images_like_keys(), REQUESTS)))
+def test_no_upload_ends_the_car_however_late_its_pieces_come(pieces):
+    assert not ends_at_the_prompt(pieces)
+
+
+def test_a_loop_that_was_held_up_takes_no_silence_for_one():
+    a_bench = bench()
+    board = board_of(a_bench)
+    a_bench.usb.arrive(b"\x03")
+    board.read_serial()
+    a_bench.usb.arrive(b"\x03\x01\x00\x03")
+    a_bench.clock.sleep_ms(SILENCE_MS + 100)
+    assert board.read_serial()
+
+
+@pytest.mark.parametrize("data", [b"\r\r\r", b"x\x03\x03\x03", SMALL + b"\x03\x03\x03", b"\x01\x04"])
+def test_other_bytes_do_not_end_the_car(data):
+    assert not ends_at_the_prompt([(0, data)])

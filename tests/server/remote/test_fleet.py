@@ -260,8 +260,7 @@ async def test_a_page_is_told_how_old_telemetry_is_until_its_car_is_away():
 async def test_a_page_gives_a_car_back_at_once():
     async with loop_car() as car:
         control = await RemoteCars([at("ada", car)]).connect("ada", "page")
-        control.steer(0.5, 0.0)
-        await until(lambda: car.control.telemetry().driver)
+        await until(lambda: control.steer(0.0, 0.5) or car.control.telemetry().driver)
         await control.act("release")
         assert car.control.telemetry().driver is None
         control.leave()

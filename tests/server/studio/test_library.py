@@ -1,6 +1,7 @@
 """The library on a disk: no saved version is lost, and no name leads out of its folder."""
 
 import os
+import shutil
 import unicodedata
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -171,6 +172,35 @@ def test_a_deleted_project_is_moved_to_a_folder(disk, library):
     kept = sorted((disk / DELETED).rglob("*.motorcade.json"))
     assert [file.read_text() for file in kept] == ["one", "two"]
     assert save(library, "a", "three") == 1
+
+
+def test_a_project_is_deleted_whatever_stands_in_the_way_and_once_by_two_at_once(disk, library, monkeypatch):
+    for number in range(3):
+        save(library, "a", str(number))
+        library.delete("", "a")
+    # The user has thrown the first one away.
+    (first,) = (disk / DELETED).glob("a-*.1")
+    shutil.rmtree(first)
+    for text in ("again", "and again"):
+        save(library, "a", text)
+        library.delete("", "a")
+    assert len(list((disk / DELETED).iterdir())) == 4
+    shutil.rmtree(disk / DELETED)
+    (disk / DELETED).write_text("a file of the user")
+    save(library, "a", "kept")
+    library.delete("", "a")
+    assert library.list("") == []
+    assert [file.read_text() for file in disk.rglob("*.motorcade.json")] == ["kept"]
+    save(library, "b", "x")
+    rename = Path.rename
+
+    def late(folder, to):
+        monkeypatch.undo()
+        FolderStorage(disk).delete("", "b")
+        return rename(folder, to)
+
+    monkeypatch.setattr(Path, "rename", late)
+    assert refusal(library.delete, "", "b") == "no-project"
 
 
 @pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="needs a folder that can't be written to")

@@ -8,6 +8,7 @@ from contextlib import closing, contextmanager, suppress
 import pytest
 from starlette.websockets import WebSocketDisconnect
 
+from motorcade.boards.computer import ImageStore
 from motorcade.errors import MotorcadeError
 from motorcade.server.studio import uploads
 from motorcade.upload import transfer as talk
@@ -100,7 +101,7 @@ def test_an_image_is_uploaded_to_the_virtual_car_and_read_back(client, tmp_path)
     assert received[-1]["outcome"] == "verified"
     assert received[-1]["answer"].startswith("OK words=256 crc32=")
     assert ask(client, port="virtual", readback=True) == [{"outcome": "image", "image": base64_of(LONG)}]
-    assert (tmp_path / "virtual-car.image").read_bytes() == LONG
+    assert ImageStore(tmp_path / "virtual-car.image").load() == LONG
 
 
 def test_a_damaged_file_of_the_virtual_car_is_named(client, tmp_path) -> None:

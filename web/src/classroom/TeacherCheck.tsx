@@ -1,6 +1,7 @@
 /** The check of all work, or of files from elsewhere, against a mission. */
 
 import { useEffect, useEffectEvent, useId, useState } from "react";
+import { textOf } from "../api/fileText";
 import type { ClassProgress } from "../generated/classroom";
 import { MOST_BYTES, MOST_FILES } from "../generated/classroom";
 import { listen } from "../ui/areas";
@@ -66,7 +67,7 @@ export function Report({ missions }: { missions: ClassProgress["missions"] }) {
   };
   const checkOwn = async () => {
     const file = await chooseFile(".json,.toml,application/json");
-    if (file) await checkAll(file.name.split(".")[0]!, { text: await file.text() });
+    if (file) await checkAll(file.name.split(".")[0]!, { text: await textOf(file) });
   };
   const checkFiles = async (found: readonly Found[]) => {
     const why = refusal(found);

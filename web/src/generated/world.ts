@@ -195,4 +195,4 @@ export const Flag = {"runs": 1, "sends": 2, "lost": 4, "heard": 8, "stuck": 16} 
 export const KINDS = ["state", "start", "over", "frame", "heard", "lost"] as const;
 
 /** Why a frame was lost, by number. */
-export const LOSS_REASONS = ["", "parity", "reserved", "deaf", "sending", "collision", "check"] as const;
+export const LOSS_REASONS = ["", "parity", "reserved", "deaf", "sending", "collision", "check", "remote"] as const;

@@ -2,6 +2,7 @@
 
 import i18next from "i18next";
 import { create } from "zustand";
+import { textOf } from "../api/fileText";
 import { request } from "../api/service";
 import { GOAL_KINDS } from "../generated/goals";
 import type { Mission, MissionZone } from "../generated/messages";
@@ -191,7 +192,7 @@ export async function editOwn(name: string): Promise<boolean> {
 /** Play the mission in a file; false where none is chosen, or it isn't valid. */
 export async function openMissionFile(): Promise<boolean> {
   const file = await chooseFile(".json,.toml,application/json");
-  const mission = file && (await attempt(async () => request("missions/open", { text: await file.text() })));
+  const mission = file && (await attempt(async () => request("missions/open", { text: await textOf(file) })));
   return Boolean(mission && (await playMission({ document: mission.document })));
 }
 

@@ -1,6 +1,7 @@
 /** What the menus do with the open project: open, save, share and export. */
 
 import i18next from "i18next";
+import { textOf } from "../api/fileText";
 import { RefusedError, UnreachableError, request } from "../api/service";
 import { pictureOf, pngOf } from "../blocks/picture";
 import { liveWorkspaces } from "../blocks/workspaces";
@@ -33,7 +34,7 @@ export function openFile(): Promise<void> {
   return attempt(async () => {
     const file = await chooseFile(".json,application/json");
     if (!file) return;
-    const opened = await request("open", { text: await file.text() });
+    const opened = await request("open", { text: await textOf(file) });
     await replaceBy({ ...opened, name: file.name.replace(/(\.motorcade)?\.json$/i, "") }, { stored: true });
   });
 }

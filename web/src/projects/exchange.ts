@@ -1,6 +1,7 @@
 /** All projects of the library to one file, and from such a file into the library. */
 
 import i18next from "i18next";
+import { textOf } from "../api/fileText";
 import { request } from "../api/service";
 import { notify } from "../state/dialogs";
 import { chooseFile, download } from "../ui/files";
@@ -30,7 +31,7 @@ export function importAll(): Promise<void> {
       notify(i18next.t("library.tooLarge", { most: MOST_MB }), "error");
       return;
     }
-    const { projects, stars, left_out } = await request("projects/import", { text: await file.text() });
+    const { projects, stars, left_out } = await request("projects/import", { text: await textOf(file) });
     const count = projects.reduce((sum, { versions }) => sum + versions, 0);
     const sentences = [i18next.t(count ? "library.imported" : "library.importedNothing", { count })];
     for (const { name, stored_as } of projects) {

@@ -51,8 +51,8 @@ export class SteppedWorld {
   run(ticks: number): void {
     for (let left = ticks; left > 0; ) {
       const count = Math.min(left, this.recipe.most_ticks);
-      this.call(this.recipe.run, { tick: this.tick, ticks: count });
       this.tick += count;
+      this.call(this.recipe.run, { until: this.tick });
       left -= count;
       this.takeEvents();
     }

@@ -1,4 +1,5 @@
-// A car on any Arduino core that has the library EEPROM. It receives infrared; to send it, see MotorcadeArduino.h.
+// A car on any Arduino core that has the library EEPROM; on another keep the image as OwnBoard does.
+// Write your pins into car.h first. The car receives infrared; to send it, see MotorcadeArduino.h.
 #include <EEPROM.h>
 #include <Motorcade.h>
 #include <MotorcadeEeprom.h>

@@ -2,8 +2,8 @@
 #ifndef MOTORCADE_CAR_SETTINGS
 #define MOTORCADE_CAR_SETTINGS
 
-#if defined(__AVR__) && !defined(__AVR_ATmega2560__) && !defined(__AVR_ATmega1280__)
-#error "This sketch is for the pins of an Arduino Mega 2560. Choose that board in the menu Tools, or the sketch for your own board."
+#if !defined(__AVR_ATmega2560__) && !defined(__AVR_ATmega1280__)
+#error "This sketch is for the pins of this board: Arduino Mega 2560. Choose it in the menu Tools. For another board begin with the example AnyBoard."
 #endif
 
 #include <MotorcadeSettings.h>

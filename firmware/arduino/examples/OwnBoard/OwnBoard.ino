@@ -1,6 +1,11 @@
 // A car of your own: derive a class from Board and override what your hardware has.
 #include <Motorcade.h>
 
+// Some boards have no LED of their own: put one at this pin.
+#ifndef LED_BUILTIN
+#define LED_BUILTIN 2
+#endif
+
 namespace {
 
 // The profile 'classroom': what a level in a word means, in the order of motorcade/car/brain.py.
@@ -36,13 +41,14 @@ class LampBoard : public motorcade::Board {
     while (count < most && Serial.available() > 0) data[count++] = Serial.read();
     return count;
   }
-  uint16_t serial_room() override { return Serial.availableForWrite(); }
+  uint16_t serial_room() override { return serial_room_.of(Serial); }
   void write_serial(const uint8_t *data, uint16_t count) override { Serial.write(data, count); }
   void set_led(uint8_t which) override { digitalWrite(LED_BUILTIN, which < 4 ? HIGH : LOW); }
 
  private:
   Ram ram_;
   motorcade::ImageStore store_;
+  motorcade::SerialRoom serial_room_;
 };
 
 LampBoard board;

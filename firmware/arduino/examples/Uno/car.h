@@ -2,8 +2,8 @@
 #ifndef MOTORCADE_CAR_SETTINGS
 #define MOTORCADE_CAR_SETTINGS
 
-#if defined(__AVR__) && !defined(__AVR_ATmega328P__) && !defined(__AVR_ATmega328__)
-#error "This sketch is for the pins of an Arduino Uno or Nano. Choose that board in the menu Tools, or the sketch for your own board."
+#if !defined(__AVR_ATmega328P__) && !defined(__AVR_ATmega328__)
+#error "This sketch is for the pins of this board: Arduino Uno or Nano. Choose it in the menu Tools. For another board begin with the example AnyBoard."
 #endif
 
 #include <MotorcadeSettings.h>
@@ -18,11 +18,11 @@ static const motorcade::CarSettings CAR = {
     {9, 10, 6},  // right_motor
     {0, 115, 180, 255},  // drive_duties
     {0, 115, 180, 255},  // turn_duties
-    {14, 15, 16, 17},  // leds
+    {14, 15, 16, 13},  // leds
     4,  // trigger
     3,  // echo
     {12},  // pir
-    {18, 13},  // floor
+    {18, 17},  // floor
     2,  // infrared_receiver
     11,  // infrared_sender
     NO_PIN,  // voice

@@ -15,9 +15,9 @@ from gpiozero import OutputDevice
 
 from motorcade.boards.computer import TICK_S, Equipment, HardwareWatchdog
 from motorcade.boards.linux.chassis import Chassis, open_chassis
-from motorcade.boards.linux.gpio_chip import HardwareError, pull_low
+from motorcade.boards.linux.gpio_chip import HardwareError
 from motorcade.boards.linux.infrared import LircSender
-from motorcade.boards.linux.raspberry_pi import RaspberryPi, open_pins, pull_low_arguments
+from motorcade.boards.linux.raspberry_pi import RaspberryPi, open_pins, rescue_call
 from motorcade.car.brain import FORWARD
 from motorcade.car.drive_board import DriveBoard
 from motorcade.car.loop import Car
@@ -196,7 +196,7 @@ class ProgrammedDrive(SharedWheels):
     ) -> None:
         self._watchdog = watchdog
         self._has_ultrasonic = pins.has("ultrasonic")
-        self._pull_low_arguments = pull_low_arguments(pins, gpio_chip)
+        self._rescue = rescue_call(pins, gpio_chip)
         self._resources = ExitStack()
         if watchdog is not None:
             self._resources.callback(watchdog.close)
@@ -233,7 +233,7 @@ class ProgrammedDrive(SharedWheels):
             self._watchdog.keep_alive()
 
     def rescue(self) -> tuple[str, tuple[str, ...]]:
-        return f"{pull_low.__module__}:{pull_low.__name__}", self._pull_low_arguments
+        return self._rescue
 
     def close(self) -> None:
         self._ended.set()

@@ -16,9 +16,10 @@ from motorcade.boards.on_chip.infrared import InfraredReceiver
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.config.pins import INPUTS, PinMap
 from motorcade.config.profile import Profile
+from motorcade.drive.motor_guard import MotorGuard, hurry
 from motorcade.errors import MotorcadeError
 from motorcade.words.formats import SWITCHES
-from motorcade.words.ticks import TICKS_MASK
+from motorcade.words.ticks import TICKS_MASK, elapsed_ms
 
 _LEDS = 4
 _MOTORS = ("left_motor", "right_motor", "drive_motor")
@@ -26,6 +27,8 @@ _KINDS_OF_WHEELS = (("left_motor", "right_motor"), ("drive_motor", "servo"))
 _LINUX_CHIPS = ("raspberry-pi", "linux")
 # The median of three pings tolerates one false echo and is at most 180 ms old.
 _PINGS = 3
+# How often the guard is told that the loop runs.
+_ALIVE_MS = 40
 # More than a second of frames has; a power of two.
 _MAX_EDGES = 1024
 
@@ -40,9 +43,13 @@ class RaspberryPi(ComputerBoard):
         factory: gpiozero's pin factory (`motorcade.boards.linux.gpio_chip.open_gpio`); closed with the board.
         sender: of infrared, None for none; closed with the board.
         wheels: those of another board, which closes ``factory``; None for the wheels of the pin file.
+
+    Attributes:
+        guard: stops the wheels where this process is killed or its loop hangs; ended with the board.
     """
 
     kind = "raspberry-pi"
+    guard: MotorGuard | None = None
 
     def __init__(
         self,
@@ -60,6 +67,8 @@ class RaspberryPi(ComputerBoard):
             self._devices.callback(factory.close)
             wheels = open_chassis(pins, profile, factory, self._devices)
         self._wheels = wheels
+        self._moves = False
+        self._alive_ms = self.now_ms()
         self._leds = [
             self._open(OutputDevice, pins.pin("leds", f"led_{which}"), pin_factory=factory) for which in range(_LEDS)
         ]
@@ -82,7 +91,21 @@ class RaspberryPi(ComputerBoard):
             self._receiver.pin.when_changed = self._receive_edge
 
     def set_wheels(self, direction: int, speed_level: int) -> None:
+        if speed_level:
+            # The guard knows of a movement before this process can hang in it.
+            self._beat(moves=True)
         self._wheels.set(direction, speed_level)
+        if not speed_level:
+            self._beat(moves=False)
+
+    def keep_alive(self) -> None:
+        if elapsed_ms(self.now_ms(), self._alive_ms) >= _ALIVE_MS:
+            self._beat(self._moves)
+
+    def _beat(self, moves: bool) -> None:
+        self._moves, self._alive_ms = moves, self.now_ms()
+        if self.guard:
+            self.guard.beat(moves)
 
     def set_led(self, which: int) -> None:
         for number, led in enumerate(self._leds):
@@ -122,6 +145,8 @@ class RaspberryPi(ComputerBoard):
         """Release the pins, and stop receiving and sending."""
         with ExitStack() as cleanup:
             cleanup.callback(super().close)
+            if self.guard:
+                cleanup.callback(self.guard.dismiss)
             if self._sender is not None:
                 cleanup.callback(self._sender.close)
             self._devices.close()
@@ -158,11 +183,25 @@ def _to_us(ticks_s: float) -> int:
 
 
 def open_car(equipment: Equipment, pins: PinMap, profile: Profile, gpio_chip: int | None = None) -> RaspberryPi:
-    """Open the board of a car that words drive; ``gpio_chip`` as for `open_gpio`.
+    """Open the board of a car that words drive, and start its guard; ``gpio_chip`` as for `open_gpio`.
 
-    Raises MotorcadeError: the pin file is another car's; the hardware isn't there, or this user may not use it.
+    Raises MotorcadeError: the pin file is another car's; the hardware isn't there, or this user may not use it. Raises
+    OSError: the guard doesn't start.
     """
-    return RaspberryPi(equipment, pins, profile, *open_pins(equipment, pins, profile, gpio_chip))
+    board = RaspberryPi(equipment, pins, profile, *open_pins(equipment, pins, profile, gpio_chip))
+    try:
+        board.guard = MotorGuard(rescue_call(pins, gpio_chip), profile.drive.failsafe_ms)
+    except OSError:
+        board.close()
+        raise
+    # On a busy computer the guard would take a car that is late for a frozen one.
+    hurry()
+    return board
+
+
+def rescue_call(pins: PinMap, gpio_chip: int | None) -> tuple[str, tuple[str, ...]]:
+    """Return what another process has to call to stop the wheels, as `DriveBoard.rescue` does."""
+    return f"{pull_low.__module__}:{pull_low.__name__}", pull_low_arguments(pins, gpio_chip)
 
 
 def stop_wheels(pins: PinMap, gpio_chip: int | None = None) -> list[int]:

@@ -20,11 +20,13 @@ _MAX_UART_BYTES = 48
 # Room for the 2,044 bytes of the largest image: none is lost however long a tick takes.
 _BUFFER_BYTES = 2048
 _WIRES = {"transmit": "tx", "receive": "rx"}
-# Tools that need MicroPython's prompt send Ctrl-C, often after a carriage return.
+# What tools that need MicroPython's prompt send: Ctrl-A, -B, -C, -D and carriage return.
+_KEYS = b"\x01\x02\x03\x04\r"
 _CTRL_C = 3
-_RETURN = 13
-_INTERRUPT_LENGTH = 3
-_IS_DATA = _INTERRUPT_LENGTH
+# The third byte of a header is its dwell, which has one bit; the fourth is its reserved field.
+_DWELL_AT, _RESERVED_AT = 3, 4
+_MOST_RESERVED = 3
+_IS_DATA = -1
 
 
 class UploadLine:
@@ -61,9 +63,10 @@ class UploadLine:
 class UsbLine(UploadLine):
     """The USB line of MicroPython's prompt; while a car runs, it carries uploads.
 
-    Ctrl-C is an ordinary byte then. But three bytes of Ctrl-C and carriage return after a silence can't begin an image
-    (the third would be its dwell, with more than one bit set). They end the car, so that Thonny, mpremote and
-    `motorcade install-firmware` get the prompt.
+    Ctrl-C is an ordinary byte then: it may be a number of words in a header, as other keys of the prompt may be its
+    dwell. The car ends, so that a tool gets the prompt, where nothing but such keys came since the last silence, one of
+    them Ctrl-C, and they are no upload: the third or the fourth can't stand there in a header, or another silence
+    follows. The words of each upload hold other bytes, and what comes after a silence doesn't belong to it.
 
     Args:
         modules: MicroPython's, `motorcade.boards.on_chip.power_on.Modules`.
@@ -80,9 +83,11 @@ class UsbLine(UploadLine):
         # A slice of it copies nothing.
         self._view = memoryview(self._buffer)
         self._last_byte_ms = self._clock.ticks_ms()
-        # How many bytes of an interrupt came since the last silence, and whether one of them was Ctrl-C.
-        self._interrupt = 0
+        # How many keys came since the last silence; _IS_DATA after another byte.
+        self._keys = 0
+        # Whether one of them was Ctrl-C, and whether they are no header.
         self._has_ctrl_c = False
+        self._is_no_header = False
         self._interrupts.kbd_intr(-1)
 
     def read(self) -> bytes:
@@ -99,9 +104,14 @@ class UsbLine(UploadLine):
                 break
             buffer[place] = byte[0]
             count = place + 1
-            if self._interrupt != _IS_DATA or count == 1:
-                self._check_interrupt(byte[0], count == 1)
-        return bytes(self._view[:count]) if count else b""
+            if self._keys != _IS_DATA:
+                self._check_key(byte[0])
+        if count:
+            self._last_byte_ms = self._clock.ticks_ms()
+            return bytes(self._view[:count])
+        if self._keys and elapsed_ms(self._clock.ticks_ms(), self._last_byte_ms) >= SILENCE_MS:
+            self._end_by_silence()
+        return b""
 
     def write(self, data: bytes) -> None:
         self._stdout.write(data)
@@ -110,22 +120,25 @@ class UsbLine(UploadLine):
         """Make Ctrl-C interrupt programs again."""
         self._interrupts.kbd_intr(3)
 
-    def _check_interrupt(self, byte: int, is_first: bool) -> None:
-        if is_first:
-            now_ms = self._clock.ticks_ms()
-            if elapsed_ms(now_ms, self._last_byte_ms) >= SILENCE_MS:
-                self._interrupt = 0
-                self._has_ctrl_c = False
-            self._last_byte_ms = now_ms
-        if self._interrupt == _IS_DATA:
+    def _check_key(self, byte: int) -> None:
+        if byte not in _KEYS:
+            self._keys = _IS_DATA
             return
+        self._keys += 1
         if byte == _CTRL_C:
             self._has_ctrl_c = True
-        elif byte != _RETURN:
-            self._interrupt = _IS_DATA
-            return
-        self._interrupt += 1
-        if self._interrupt == _INTERRUPT_LENGTH and self._has_ctrl_c:
+        if self._keys == _DWELL_AT:
+            self._is_no_header = byte & (byte - 1) != 0
+        elif self._keys == _RESERVED_AT and byte > _MOST_RESERVED:
+            self._is_no_header = True
+        if self._is_no_header and self._has_ctrl_c:
+            raise KeyboardInterrupt
+
+    def _end_by_silence(self) -> None:
+        asks_for_prompt = self._has_ctrl_c and self._keys != _IS_DATA
+        self._keys = 0
+        self._has_ctrl_c = self._is_no_header = False
+        if asks_for_prompt:
             raise KeyboardInterrupt
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Coroutine, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any, TypeVar
+from weakref import WeakValueDictionary
 
 from starlette.applications import Starlette
 from starlette.requests import HTTPConnection, Request
@@ -139,31 +140,38 @@ async def unless_left(request: Request, job: Callable[[], Coroutine[Any, Any, _T
 
 
 class Trials:
-    """The trials of a server's pages."""
+    """The trials of a server's pages.
+
+    One thread computes for all, a little at a time and for one visitor after the other: however many pages a visitor
+    has, only one of them waits for the thread.
+    """
 
     def __init__(self, visitors: Visitors) -> None:
         self._settings, self._limits, self._visitors = visitors.settings, visitors.settings.sessions, visitors
         self._thread = ThreadPoolExecutor(1, "trials", initializer=_be_polite)
         self._pages = 0
+        # Whose page has a job in the thread, or the next one.
+        self._turns: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
 
     async def serve(self, socket: WebSocket) -> None:
         """Serve a page's connection until it ends."""
         async with accepted(socket, self._settings, (Luck,)) as page:
-            self._visitors.visitor(socket)
+            visitor = self._visitors.visitor(socket)
             if self._pages >= self._limits.most:
                 raise MotorcadeError("too-many-sessions", most=self._limits.most)
             self._pages += 1
             try:
-                await self._serve(page)
+                turn = self._turns.get(visitor) or self._turns.setdefault(visitor, asyncio.Lock())
+                await self._serve(page, turn)
             finally:
                 self._pages -= 1
 
-    async def _serve(self, page: PageSocket) -> None:
+    async def _serve(self, page: PageSocket, turn: asyncio.Lock) -> None:
         session = TrialSession(self._limits.most_cars)
-        asked, lock, loop = asyncio.Event(), asyncio.Lock(), asyncio.get_running_loop()
+        asked, loop = asyncio.Event(), asyncio.get_running_loop()
 
         async def do(job: Callable[..., Iterable[object]], *message: TrialMessage) -> None:
-            async with lock:
+            async with turn:
                 for answer in await loop.run_in_executor(self._thread, job, *message):
                     page.put(answer)
 

@@ -10,6 +10,7 @@ import os
 import re
 import unicodedata
 from hashlib import sha256
+from itertools import count
 from pathlib import Path
 from stat import S_ISREG
 
@@ -106,11 +107,16 @@ class FolderStorage(Storage):
     def delete(self, owner: str, name: str) -> None:
         """Move a project to the folder ``deleted``, from which a user can move it back. Raises MotorcadeError."""
         folder, _ = self._existing(owner, name)
-        deleted = self._owner_folder(owner) / DELETED
-        with raised_as("cant-delete", OSError):
+        deleted = folder.parent / DELETED
+        try:
             deleted.mkdir(exist_ok=True)
-            number = 1 + sum(1 for each in _children(deleted) if each.name.startswith(f"{folder.name}."))
-            folder.rename(deleted / f"{folder.name}.{number}")
+        except OSError:
+            # A full disk has no room for it, or a file has that name: the project is out of the list all the same.
+            deleted = folder.parent
+        taken = {each.name for each in children(deleted)}
+        free = next(wish for number in count(1) if (wish := f"{folder.name}.{number}") not in taken)
+        with raised_as("cant-delete", OSError), raised_as("no-project", FileNotFoundError, name=name):
+            folder.rename(deleted / free)
 
     def stars(self, owner: str) -> dict[str, "list[int]"]:
         """Return what is valid in the owner's file, which may be damaged or of another program."""
@@ -148,7 +154,7 @@ class FolderStorage(Storage):
     # The last method: below it `list` would be this one.
     def list(self, owner: str) -> list[LibraryEntry]:
         found = []
-        for folder in _children(self._owner_folder(owner)):
+        for folder in children(self._owner_folder(owner)):
             if (name := name_of(folder.name)) is not None and (versions := _versions(folder)):
                 found.append(LibraryEntry(name, versions[0].saved_at, len(versions)))
         return sorted(found, key=lambda entry: (entry.saved_at, entry.name), reverse=True)
@@ -176,7 +182,7 @@ def name_of(folder: str) -> str | None:
 def _versions(folder: Path) -> list[Version]:
     """Return the versions in a project's folder, the newest first, without empty files, which are being written."""
     found = []
-    for file in _children(folder):
+    for file in children(folder):
         number = file.name.removesuffix(_ENDING)
         if number == file.name or not re.fullmatch(r"[0-9]{6,9}", number):
             continue
@@ -210,7 +216,7 @@ def _reserve(folder: Path, name: str, newest: int, base: int | None) -> int:
             return version
 
 
-def _children(folder: Path) -> list[Path]:
+def children(folder: Path) -> list[Path]:
     """Return the entries of ``folder``; none where it doesn't exist or can't be read."""
     try:
         return list(folder.iterdir())

@@ -19,6 +19,7 @@ from anyio import CapacityLimiter
 from starlette.requests import HTTPConnection
 from starlette.websockets import WebSocket
 
+from motorcade.drive.keys import DriverContext
 from motorcade.errors import MotorcadeError
 from motorcade.fleet.places import Place
 from motorcade.server.fleet import RemoteCar
@@ -27,7 +28,7 @@ from motorcade.server.page_socket import PageSocket, accepted
 from motorcade.server.request_filter import ServerSettings
 from motorcade.server.studio.driving import PageWorld
 from motorcade.server.studio.library import FolderStorage
-from motorcade.server.studio.uploads import VIRTUAL_CAR, listed_ports
+from motorcade.server.studio.uploads import VIRTUAL_CAR, VirtualCarImage, listed_ports
 from motorcade.server.studio.workers import CHECK
 from motorcade.service import world_messages
 from motorcade.service.history import PAST_BYTES
@@ -94,7 +95,7 @@ class Settings(ServerSettings):
     page: Path = PAGE
     sessions: SessionLimits = SESSIONS
     cars: tuple[RemoteCar, ...] = ()
-    keys: ssl.SSLContext | None = None
+    keys: DriverContext | None = None
     trust: ssl.SSLContext | None = None
     places: tuple[Place, ...] = ()
 
@@ -154,9 +155,9 @@ class Visitors:
         """
         yield _MOST_S.get(request, REQUEST_S)
 
-    def virtual_car(self, connection: HTTPConnection, port: str) -> Path:
-        """The file of a visitor's simulated car. Raises MotorcadeError where the visitor may not use ``port``."""
-        return self.settings.library / VIRTUAL_CAR
+    def virtual_car(self, connection: HTTPConnection, port: str) -> VirtualCarImage:
+        """The store of a visitor's simulated car. Raises MotorcadeError where the visitor may not use ``port``."""
+        return VirtualCarImage(self.settings.library / VIRTUAL_CAR)
 
 
 async def do_in_turn(turns: asyncio.Lock, job: Callable[[], _T]) -> _T:
@@ -202,13 +203,15 @@ class PageWorlds:
         return {each.visitor: each for each in sorted(found, key=lambda session: session.used_s)}
 
     async def pause_all(self, whose: Callable[[str], bool]) -> None:
-        """Pause the worlds of the visitors for whom ``whose`` holds."""
-        for session in list(self._sessions.values()):
-            if session.has_world and whose(session.visitor):
-                await session.alone(session.pause)
-                session.changed.set()
-                if session.page:
-                    self._put_all(session, session.page, [session.state()])
+        """Pause the worlds of the visitors for whom ``whose`` holds: none waits for another, and each has its try."""
+        sessions = [each for each in self._sessions.values() if each.has_world and whose(each.visitor)]
+        await asyncio.gather(*map(self._pause, sessions))
+
+    async def _pause(self, session: PageWorld) -> None:
+        await session.alone(session.pause)
+        session.changed.set()
+        if session.page:
+            self._put_all(session, session.page, [session.state()])
 
     def end(self, visitor: str, problem: MotorcadeError) -> None:
         """End all sessions of a visitor; their pages are sent ``problem``."""
@@ -308,32 +311,39 @@ class PageWorlds:
         session.used_s = self._settings.clock()
         if not isinstance(message, session.allowed):
             raise MotorcadeError("not-in-this-world")
-        self._visitors.check_message(session.visitor, message)
         if isinstance(message, Shown):
             # Without the lock, as the page's acknowledgement needn't wait for a picture in the making.
             if session.page is page:
                 session.receive(message)
-        elif isinstance(message, SetWorld):
-            async with session.lock:
+            return
+        async with session.lock:
+            # Asked when the turn has come: meanwhile another page may have the world, or the class was frozen.
+            if session.page is not page:
+                return
+            self._visitors.check_message(session.visitor, message)
+            if isinstance(message, SetWorld):
                 world = await session.in_thread(lambda: session.make_world(message), self._builder)
                 session.fleet.give_back_all()
                 session.mat = message.mat
                 answers = session.begin(world)
                 session.sent.clear()
-                self._put_all(session, page, answers)
-        else:
-            if isinstance(message, world_messages.Reset):
-                session.fleet.give_back_all()
-            elif isinstance(message, world_messages.Resume):
-                session.fleet.give_back(message.car)
-            async with session.lock:
-                limiter = self._builder if isinstance(message, _LONG) else None
-                answers = await session.in_thread(lambda: session.receive(message), limiter)
-                # The last picture didn't show this change.
-                session.is_quick = False
-                if isinstance(message, world_messages.SetEnvironment):
-                    session.mat = message.mat
+            else:
+                answers = await self._receive(session, message)
             self._put_all(session, page, answers)
+
+    async def _receive(self, session: PageWorld, message: WorldMessage) -> list[WorldAnswer]:
+        """Do what a page wants of its world; the caller has acquired the lock."""
+        if isinstance(message, world_messages.Reset):
+            session.fleet.give_back_all()
+        elif isinstance(message, world_messages.Resume):
+            session.fleet.give_back(message.car)
+        limiter = self._builder if isinstance(message, _LONG) else None
+        answers = await session.in_thread(lambda: session.receive(message), limiter)
+        # The last picture didn't show this change.
+        session.is_quick = False
+        if isinstance(message, world_messages.SetEnvironment):
+            session.mat = message.mat
+        return answers
 
     async def _show(self, session: PageWorld, page: PageSocket) -> None:
         """Advance the world while the page is connected, and send its answers."""

@@ -4,8 +4,7 @@ import asyncio
 import secrets
 import time
 from collections.abc import Awaitable, Callable
-from contextlib import suppress
-from functools import partial
+from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
@@ -41,8 +40,25 @@ def listed_ports() -> list[Port]:
     return [port for _, port in sorted(ranked, key=lambda each: each[0])]
 
 
-# The file of the simulated car of who asks; raises MotorcadeError where they may not use the port of that name.
-Admit = Callable[[WebSocket, str], Path]
+class VirtualCarImage(ImageStore):
+    """The image of a simulated car.
+
+    Args:
+        path: of the file.
+        owned: a block in which it is stored; raises MotorcadeError where its owner is out.
+    """
+
+    def __init__(self, path: Path, owned: Callable[[], AbstractContextManager[None]] = nullcontext) -> None:
+        super().__init__(path)
+        self._owned = owned
+
+    def _replace(self, path: Path, data: bytes) -> None:
+        with self._owned():
+            super()._replace(path, data)
+
+
+# The image of the simulated car of who asks; raises MotorcadeError where they may not use the port of that name.
+Admit = Callable[[WebSocket, str], VirtualCarImage]
 
 
 class Uploads:
@@ -62,12 +78,16 @@ class Uploads:
             def put(answer: UploadAnswer) -> None:
                 from_thread.run_sync(page.put, answer)
 
-            try:
-                file = self._admit(socket, order.port)
+            def work() -> None:
+                # Asked when the turn has come: meanwhile another may have got the cable.
+                store = from_thread.run_sync(self._admit, socket, order.port)
                 if order.port == VIRTUAL_PORT.port:
-                    work = partial(self._reach_virtual_car, order, ImageStore(file), put)
+                    self._reach_virtual_car(order, store, put)
                 else:
-                    work = partial(_reach_car, order, baud, put)
+                    _reach_car(order, baud, put)
+
+            try:
+                self._admit(socket, order.port)
                 await to_thread.run_sync(work, limiter=self._workers)
             except MotorcadeError as problem:
                 page.put(failed(problem, order.port))

@@ -1,0 +1,93 @@
+"""A run that an exception breaks off ends at a tick of all cars, from which it goes on with equal bits."""
+
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from typing import Any
+
+import pytest
+
+from motorcade.engine.world import World
+from support.interrupts import lines_until_interrupted
+from support.soak import SOAK
+from support.worlds import ROAMING, CrowdedWorld, contents, crowd
+
+TICK_MS = crowd(2).tick_ms
+DAYS_MS = 1_000_000_000
+WORLDS: dict[str, dict[str, Any]] = {
+    "one world": {"seeds": 3},
+    "with events": {"seeds": 3, "events": True},
+    "many worlds of two threads": {"seeds": range(5), "threads": 2},
+    "many worlds of two threads, with events": {"seeds": range(5), "threads": 2, "events": True},
+    "a large world of two threads": {"seeds": 3, "threads": 2},
+    "a large world of two threads, with events": {"seeds": 3, "threads": 2, "events": True},
+    "WebAssembly, with events": {"seeds": range(2), "events": True, "kernels": "webassembly"},
+    "plain Python": {"seeds": range(2), "kernels": "interpreted"},
+    "plain Python, with events": {"seeds": range(2), "events": True, "kernels": "interpreted"},
+}
+
+
+@pytest.fixture(autouse=True)
+def _small_large_worlds(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("motorcade.engine.world._LARGE", 40)
+
+
+def made(name: str) -> World:
+    """A world that has run for a moment, so that an interrupted run isn't its first."""
+    world = CrowdedWorld(crowd(40 if "large" in name else 6), [ROAMING], **WORLDS[name])
+    world.run(3 * TICK_MS)
+    world.say("stop")
+    return world
+
+
+def shown(world: World) -> list[Any]:
+    """All that a world is, with its events."""
+    columns = [{name: value.tolist() for name, value in contents(world, k).items()} for k in range(world.worlds)]
+    return [*columns, world.take_events().tolist() if world._keeps_events else []]
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_a_run_that_is_broken_off_anywhere_goes_on_with_equal_bits(name: str) -> None:
+    ticks = 12
+    expected = made(name)
+    expected.run(ticks * TICK_MS)
+    result, begun_ms = shown(expected), 3 * TICK_MS
+    lines = lines_until_interrupted(lambda: made(name).run(ticks * TICK_MS), -1)
+    step = 1 if SOAK else max(lines // 60, 1)
+    for at in range(1, lines, step):
+        world = made(name)
+        lines_until_interrupted(partial(world.run, ticks * TICK_MS), at)
+        assert begun_ms <= world.now_ms <= begun_ms + ticks * TICK_MS
+        # What it shows then is what a run until then shows.
+        whole = made(name)
+        whole.run(world.now_ms - begun_ms)
+        assert whole.snapshot().x_m.tolist() == world.snapshot().x_m.tolist()
+        world.run(begun_ms + ticks * TICK_MS - world.now_ms)
+        assert shown(world) == result, at
+
+
+@contextmanager
+def ctrl_c_after(seconds: float) -> Iterator[None]:
+    timer = threading.Timer(seconds, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        yield
+    timer.join()
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_ctrl_c_ends_a_run_of_days_at_a_tick_that_the_clock_names(name: str) -> None:
+    world = made(name)
+    with ctrl_c_after(0.2):
+        world.run(DAYS_MS)
+    stopped_ms = world.now_ms
+    place = world.snapshot().x_m.tolist()
+    # Nothing goes on behind its back.
+    assert (world.snapshot().x_m.tolist(), world.now_ms) == (place, stopped_ms)
+    assert 3 * TICK_MS <= stopped_ms < 1 << 29
+    whole = made(name)
+    whole.run(stopped_ms - 3 * TICK_MS)
+    assert shown(whole) == shown(world)

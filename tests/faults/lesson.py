@@ -1,0 +1,385 @@
+"""A lesson in the simulated room: each answer of the class's server is compared with what a model of the class says.
+
+One act follows another at a quiet network, so that each answer is known beforehand: of who is in the class, of who
+isn't, of who was removed meanwhile. What goes wrong is what people do, a server that is killed between two acts, a
+calendar that is set, and files that somebody has damaged. `tests.faults.class_room` has crowds, and disks that fail.
+"""
+
+import asyncio
+import json
+import re
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+from tests.faults import (
+    lesson_cars,
+    lesson_doors,
+    lesson_pairs,
+    lesson_strangers,
+    lesson_teacher,
+    lesson_times,
+    lesson_work,
+)
+from tests.faults.browsers import DONE, Browser, Page
+from tests.faults.class_room import ClassComputer
+from tests.faults.loop import SimulatedLoop, watch_memory
+from tests.faults.pupils import PASSWORD
+from tests.faults.system import Replaced, replaced
+from tests.faults.world import Process, World
+
+from motorcade.classroom.app import REQUESTS
+from motorcade.classroom.folder import RECORD
+from motorcade.errors import MotorcadeError
+from motorcade.server.fleet import RemoteCar
+from motorcade.server.studio.library import name_of
+from motorcade.service.requests import REQUESTS as STUDIO_REQUESTS
+
+_ACTS = 34
+_MOST_WAITING_BYTES = 1 << 20
+CABLE, CAR = "", lesson_cars.CAR
+# Pages are sent a change at most so much later.
+_SHOWN_S = 0.6
+_MARK = re.compile("# mark-[0-9]+-")
+_HEADERS = ("content-security-policy", "x-content-type-options", "x-frame-options", "cache-control")
+TABLE = (*REQUESTS, *STUDIO_REQUESTS)
+WINDOWS = ("leader", "followers")
+
+
+class Pupil:
+    """A pupil as the model knows it.
+
+    Attributes:
+        alike: names of the same likeness have the same.
+        devices: the browsers that are in, the oldest first.
+        projects, missions: by name the texts of all versions, the oldest first.
+        news: what came and wasn't seen: its number, kind, name and sender.
+        gifts_s: when the pupil gave something, or asked for a partner.
+    """
+
+    def __init__(self, answer: dict[str, Any], alike: str, browser: Browser) -> None:
+        self.id, self.name, self.number, self.avatar = (answer[key] for key in ("id", "name", "number", "avatar"))
+        self.alike = alike
+        self.devices = [browser]
+        self.draft: str | None = None
+        self.draft_name = ""
+        self.projects: dict[str, list[str]] = {}
+        self.missions: dict[str, list[str]] = {}
+        self.news: list[tuple[int, str, str, str]] = []
+        self.told = 0
+        self.mission: int | None = None
+        self.hand = False
+        self.stars: dict[str, list[int]] = {}
+        self.gifts_s: list[float] = []
+        self.imported = False
+        self.page: Page | None = None
+        self.pages: list[Page] = []
+        # Since when no page is connected.
+        self.left_s = 0.0
+
+    @property
+    def browser(self) -> Browser:
+        return self.devices[-1]
+
+    def tell(self, kind: str, name: str, sender: str) -> None:
+        """Something came."""
+        self.told += 1
+        self.news = [*self.news, (self.told, kind, name, sender)][-20:]
+
+
+class Pair:
+    """Two pupils who program one project, as the model knows them."""
+
+    def __init__(self, number: int, name: str, who: Pupil, to: Pupil) -> None:
+        self.number, self.name = number, name
+        self.members, self.joined = [who, to], [who]
+        self.owners: dict[str, Pupil | None] = dict.fromkeys(WINDOWS, who)
+        self.versions = dict.fromkeys(WINDOWS, 1)
+        self.marks: dict[str, str] = {}
+        self.asks: Pupil | None = None
+        # When somebody came in or went.
+        self.changed_s = 0.0
+        self.conducted: dict[str, Any] | None = None
+
+
+class Lesson(ClassComputer):
+    """One run: the computer, its people, and the model of the class."""
+
+    def __init__(self, room: World) -> None:
+        super().__init__(room)
+        random = self.random
+        self.cars = (RemoteCar(CAR, "car", 5005),)
+        # A lesson begins with a key in place of a password, now and then.
+        self.has_password = random.random() < 0.7
+        self.teacher = Browser(address="10.0.0.1")
+        self.signed_in = [self.teacher]
+        self.pupils: list[Pupil] = []
+        self.out: list[Pupil] = []
+        self.pairs: list[Pair] = []
+        self.paired = self.joined = 0
+        self.title, self.is_open, self.stuck_minutes = "", True, 5
+        self.missions: list[dict[str, Any]] = []
+        self.handed: int | None = None
+        self.frozen = self.stopped = False
+        self.holders: dict[str, Pupil | None] = {CABLE: None, CAR: None}
+        self.mat = "closed"
+        self.mat_entries: list[Pupil] = []
+        self.mat_places = 0
+        self.teachers_page: Page | None = None
+        self.library: dict[str, list[str]] = {}
+        # When an address, and somebody of a likeness, has tried.
+        self.tries_s: dict[str, list[float]] = {}
+        self.wrong_numbers_s: dict[str, list[float]] = {}
+        self.process = Process(room, "people", 0.001)
+        self.network.link("people", 0.002)
+        self.network.link("server", 0.001)
+        # The real car, where it is switched on.
+        self.board: Any = None
+        self.control: Any = None
+        self.car_is_stopped = False
+        # Who may see each mark.
+        self.may_see: dict[str, set[str]] = {}
+        self.whose: dict[Browser, Pupil] = {}
+        self._marks = self._addresses = 0
+        self._acts: list[tuple[float, Callable[[Lesson], Awaitable[None]]]] = [
+            *lesson_doors.ACTS,
+            *lesson_strangers.ACTS,
+            *lesson_times.ACTS,
+            *lesson_pairs.ACTS,
+            *lesson_work.ACTS,
+            *lesson_teacher.ACTS,
+            *lesson_cars.ACTS,
+        ]
+
+    # Whatever anybody asks.
+
+    def new_browser(self, address: str = "") -> Browser:
+        """A browser that nobody has used, at an address of its own unless one is given."""
+        self._addresses += 1
+        at = address or f"10.0.{1 + self._addresses // 200}.{1 + self._addresses % 200}"
+        browser = Browser(lambda data: self.see(browser, data), at)
+        return browser
+
+    def see(self, browser: Browser, data: bytes) -> None:
+        """A browser gets bytes: no work of others is in them."""
+        if b"# mark-" not in data or browser in self.signed_in:
+            return
+        pupil = self.whose.get(browser)
+        for mark in set(_MARK.findall(data.decode("utf-8", "replace"))):
+            may = pupil is not None and pupil.id in self.may_see.get(mark, ())
+            self.world.keep("work-of-others", may, "{} is sent {}", pupil and pupil.name, mark)
+
+    def new_mark(self) -> str:
+        """What no other text of the run contains."""
+        self._marks += 1
+        return f"# mark-{self._marks}-"
+
+    def draw(self, some: list[Any]) -> Any:
+        return self.random.choice(some) if some else None
+
+    async def ask(self, browser: Browser, request: str, /, **message: Any) -> tuple[str, Any]:
+        """Send a request, and check what every answer has to be."""
+        return self.answered(browser, request, *await browser.ask(request, **message))
+
+    def answered(self, browser: Browser, request: str, outcome: str, answer: Any) -> tuple[str, Any]:
+        """Check what every answer has to be."""
+        self.world.note(browser.address, request, outcome)
+        self.world.asked.add((request, outcome))
+        self.world.keep("no-traceback", outcome not in ("internal", "unknown", "no-json"), f"{request}: {outcome}")
+        lacking = [name for name in _HEADERS if name not in browser.head]
+        self.world.keep("guarded-pages", not lacking, f"{request} is answered without {lacking}")
+        if outcome != DONE and isinstance(answer, dict):
+            told = answer["error"]["sentence"]
+            self.world.keep("says-why", bool(told.get("en") and told.get("zh")), f"{request}: no sentence")
+        return outcome, answer
+
+    async def expect(
+        self, promise: str, browser: Browser, request: str, wanted: str | tuple[str, ...], /, **message: Any
+    ) -> Any:
+        """Send a request, which has to end in one of these ways; return the answer."""
+        outcome, answer = await self.ask(browser, request, **message)
+        allowed = (wanted,) if isinstance(wanted, str) else wanted
+        self.world.keep(promise, outcome in allowed, "{} of {} {}: {}", request, browser.address, message, outcome)
+        return answer if outcome == DONE else None
+
+    # What there has to be.
+
+    def may_have_folders(self) -> set[str]:
+        """The owners whose libraries may be there."""
+        people = {"teacher", *(pupil.id for pupil in self.pupils)}
+        return people | {f"{owner}~missions" for owner in people} | {f"pair-{pair.number}" for pair in self.pairs}
+
+    def check_folders(self) -> None:
+        """Whoever is out has left nothing."""
+        try:
+            folders = self.disk.find(self.folder / "owners").entries
+        except OSError:
+            return
+        owners = {name_of(name) for name in folders}
+        self.world.keep("ended-is-gone", owners <= self.may_have_folders(), f"{owners - self.may_have_folders()}")
+
+    def check_file(self) -> None:
+        """The class's file has what was answered, and no secret."""
+        data = self.disk.find(self.folder / RECORD).data
+        record = json.loads(data)
+        names = [(each["id"], each["name"], each["number"]) for each in record["pupils"]]
+        self.world.keep("answered-stays", names == [(each.id, each.name, each.number) for each in self.pupils], names)
+        kept = (record["title"], record["is_open"], record["stuck_minutes"], record["code"])
+        known = (self.title, self.is_open, self.stuck_minutes, self.code)
+        self.world.keep("answered-stays", kept == known, f"{kept} in place of {known}")
+        browsers = [*self.signed_in, *(device for pupil in self.pupils for device in pupil.devices)]
+        secrets = [secret for browser in browsers for secret in browser.cookies.values()]
+        secrets.append(PASSWORD)
+        told = [secret for secret in secrets if secret.encode() in data]
+        self.world.keep("no-secrets", not told, f"{told} in the class's file")
+
+    async def check_pages(self) -> None:
+        """All pages show what there is."""
+        await asyncio.sleep(_SHOWN_S)
+        for pupil in self.pupils:
+            if pupil.page:
+                self._compare(pupil.name, pupil.page, "pupil", self._view_of(pupil))
+        if self.teachers_page:
+            self._compare("the teacher", self.teachers_page, "class", self._teachers_view())
+
+    def _compare(self, who: str, page: Page, kind: str, wanted: dict[str, Any]) -> None:
+        self.world.keep("page-stays", not page.has_ended, f"{who}'s page has ended: {page.messages[-1:]}")
+        shown = page.newest(kind) or {}
+        other = {key: (shown.get(key), value) for key, value in wanted.items() if shown.get(key) != value}
+        self.world.keep("shows-what-is", not other, "{}: {}", who, other)
+
+    def _shared_view(self) -> dict[str, Any]:
+        holders = [{"name": name, "holder": pupil and pupil.id} for name, pupil in self.holders.items()]
+        return {"frozen": self.frozen, "stopped": self.stopped, "shared": holders}
+
+    def _view_of(self, pupil: Pupil) -> dict[str, Any]:
+        fields = ("number", "kind", "name", "sender")
+        return self._shared_view() | {
+            "me": {key: getattr(pupil, key) for key in ("id", "name", "avatar", "number")},
+            "hand": pupil.hand,
+            "mission": pupil.mission,
+            "news": [dict(zip(fields, news, strict=True)) for news in pupil.news],
+            "pair": self._pair_view(pupil),
+        }
+
+    def pair_of(self, pupil: Pupil) -> Pair | None:
+        """The pair that a pupil is in, or is asked to come into."""
+        return next((pair for pair in self.pairs if pupil in pair.members), None)
+
+    def new_pair(self, name: str, who: Pupil, to: Pupil) -> Pair:
+        """Begin a pair."""
+        return Pair(self.paired, name, who, to)
+
+    def is_away(self, pupil: Pupil) -> bool:
+        return not pupil.pages and self.world.now_s - pupil.left_s >= 20.0
+
+    def _pair_view(self, pupil: Pupil) -> dict[str, Any] | None:
+        pair = self.pair_of(pupil)
+        if pair is None:
+            return None
+        other = next((member for member in pair.members if member is not pupil), None)
+        return {
+            "name": pair.name,
+            "partner": other and {key: getattr(other, key) for key in ("id", "name", "avatar")},
+            "joined": pupil in pair.joined,
+            "partner_joined": other in pair.joined,
+            "partner_away": self._partner_away(pupil, pair, other),
+            "owners": {window: owner and owner.id for window, owner in pair.owners.items()},
+            "versions": pair.versions,
+            "asks": pair.asks and pair.asks.id,
+            "conducted": pair.conducted,
+        }
+
+    def _partner_away(self, pupil: Pupil, pair: Pair, other: Pupil | None) -> bool:
+        if other is None or other not in pair.joined or other.pages:
+            return False
+        away_s = self.world.now_s - other.left_s
+        if 19.0 < away_s < 22.0 or self.world.now_s < pair.changed_s + 2.0:
+            # The class looks once a second.
+            shown = pupil.page and pupil.page.newest("pupil")
+            return bool(shown and shown["pair"] and shown["pair"]["partner_away"])
+        return away_s > 20.0
+
+    def _teachers_view(self) -> dict[str, Any]:
+        shown = self.teachers_page and self.teachers_page.newest("class")
+        rows = {row["id"]: row for row in shown["pupils"]} if shown else {}
+        for pupil in self.pupils:
+            row = rows.get(pupil.id, {})
+            known = {
+                **{key: getattr(pupil, key) for key in ("id", "name", "avatar", "number")},
+                "online": bool(pupil.pages),
+                "stars": sum(map(len, pupil.stars.values())),
+            }
+            other = {key: (row.get(key), value) for key, value in known.items() if row.get(key) != value}
+            self.world.keep("shows-what-is", not other, "the teacher's row of {}: {}", pupil.name, other)
+            self.world.keep("shows-what-is", (row["hand_s"] is not None) == pupil.hand, f"{pupil.name}'s hand")
+        self.world.keep("shows-what-is", len(rows) == len(self.pupils), f"rows of {list(rows)}")
+        own = {"title": self.title, "code": self.code, "is_open": self.is_open, "stuck_minutes": self.stuck_minutes}
+        return self._shared_view() | own | {"disk": None}
+
+    # What people do.
+
+    async def live(self) -> None:
+        """Do one act after the other, and compare all with the model."""
+        await lesson_doors.begin(self)
+        weights, acts = zip(*self._acts, strict=True)
+        for _ in range(_ACTS):
+            act = self.random.choices(acts, weights)[0]
+            self.world.note("act", act.__name__)
+            await act(self)
+            if self.random.random() < 0.5:
+                await self.check_pages()
+            self.check_folders()
+            self.check_file()
+            if self.board:
+                is_held = (self.stopped or self.car_is_stopped) and self.board.speed
+                self.world.keep("stop-holds", not is_held, "the car drives though all is stopped")
+            await asyncio.sleep(self.random.uniform(0.05, 0.4))
+        await lesson_times.end(self)
+        await self.check_pages()
+        self.check_folders()
+        self.world.is_over = True
+
+    async def open_pages(self) -> None:
+        """Open a page of the teacher, and of those pupils who have one."""
+        self.teachers_page = (await self.teacher.open("teacher/stream")).follow()
+        for pupil in self.pupils:
+            if pupil.page:
+                await self.open_page(pupil)
+
+    async def open_page(self, pupil: Pupil) -> None:
+        """Open a page of a pupil, which shows the class."""
+        if pupil.page is None or pupil.page.has_ended:
+            pupil.page = (await pupil.browser.open("class/stream")).follow()
+            self.world.keep("page-stays", not pupil.page.refused, f"{pupil.name}'s page is refused")
+            pupil.pages = [pupil.page]
+
+    def refused(self, problem: MotorcadeError) -> None:
+        self.world.keep("fails-closed", problem.code in ("class-damaged", "class-of-another-kind"), problem)
+
+    def prepare(self) -> None:
+        """Prepare the folder of the class."""
+        if self.has_password:
+            self.begin()
+        else:
+            self.first_key = "a-first-key"
+            self.begin(stored="")
+        self.disk.after = lambda: None
+
+    write_report = staticmethod(lesson_teacher.write_report)
+
+    def names(self) -> Replaced:
+        return super().names() | lesson_work.names(self) | lesson_cars.names(self)
+
+
+def run_lesson(room: World) -> None:
+    """Run the scenario; raises the first promise that is broken."""
+    run = Lesson(room)
+    with replaced(run.names()):
+        run.prepare()
+        run.supervise()
+        if run.random.random() < 0.6:
+            lesson_cars.start_car(run)
+        SimulatedLoop(run.process, run.network).run(run.live)
+        watch_memory(room, lambda: run.loop, _MOST_WAITING_BYTES)
+        room.run(3000.0)
+        room.keep("class-goes-on", room.is_over, "the last act never ended")

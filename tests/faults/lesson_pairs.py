@@ -1,0 +1,200 @@
+"""Two pupils of a simulated lesson who program one project: each has a window, and nobody else gets it."""
+
+import json
+from typing import TYPE_CHECKING
+
+from tests.faults.browsers import DONE
+from tests.faults.lesson_work import GIFTS, GIFTS_S, free_name, work
+
+from motorcade.classroom.folder import RECORD
+
+if TYPE_CHECKING:
+    from tests.faults.lesson import Lesson, Pair, Pupil
+
+# A pair's name is up to its pupils, also one that no file can have.
+PAIR_NAMES = ("Parade", "a/b", "..", "x" * 100, "a\nb")
+
+
+async def begin_pair(run: "Lesson") -> None:
+    """A pupil asks another one to work together, perhaps a second time, or where one of them does already."""
+    who = run.draw(run.pupils)
+    if who is None:
+        return
+    to = run.random.choice(run.pupils)
+    pair, name = run.pair_of(who), run.random.choice(PAIR_NAMES)
+    mark, project = work(run, who, to)
+    who.gifts_s = [when_s for when_s in who.gifts_s if run.world.now_s - when_s < GIFTS_S]
+    wanted = DONE
+    if len(who.gifts_s) >= GIFTS:
+        wanted = "gives-too-often"
+    elif (pair and (len(pair.members) > 1 or who not in pair.joined)) or run.pair_of(to) or who is to:
+        wanted = "in-a-pair-already"
+    allowed = (wanted, "bad-project-name") if name != "Parade" else (wanted,)
+    message = {"to": to.id, "name": name, "project": project}
+    outcome, _ = await run.ask(who.browser, "class/pair/begin", **message)
+    run.world.keep("as-asked", outcome in allowed, f"class/pair/begin ends in {outcome}, not {wanted}")
+    if wanted != "gives-too-often":
+        who.gifts_s.append(run.world.now_s)
+    if outcome == DONE:
+        if pair:
+            pair.members.append(to)
+            for old in pair.marks.values():
+                run.may_see[old].add(to.id)
+        else:
+            run.paired += 1
+            new = run.new_pair(name, who, to)
+            new.marks = dict.fromkeys(("leader", "followers"), mark)
+            run.pairs.append(new)
+            pair = new
+        pair.changed_s = run.world.now_s
+    elif wanted == DONE:
+        who.gifts_s.pop()
+        # A name that no file can have is refused; perhaps a number was taken.
+        run.paired = await paired_now(run)
+
+
+async def paired_now(run: "Lesson") -> int:
+    return int(json.loads(run.disk.find(run.folder / RECORD).data)["paired"])
+
+
+def joined_pair(run: "Lesson", pupil: "Pupil") -> "Pair | None":
+    pair = run.pair_of(pupil)
+    return pair if pair and pupil in pair.joined else None
+
+
+async def join_pair(run: "Lesson") -> None:
+    """A pupil comes into a pair, asked or not."""
+    who = run.draw([each for each in run.pupils if run.pair_of(each)] or run.pupils)
+    if who is None:
+        return
+    pair = run.pair_of(who)
+    await run.expect("as-asked", who.browser, "class/pair/join", DONE if pair else "not-in-a-pair")
+    if pair and who not in pair.joined:
+        pair.joined.append(who)
+        pair.changed_s = run.world.now_s
+        held = [window for window, owner in pair.owners.items() if owner]
+        pair.owners["leader" if held == ["followers"] else "followers"] = who
+
+
+async def write_window(run: "Lesson") -> None:
+    """A pupil writes a window: only the own one, and only from its newest version; others aren't let in."""
+    who = run.draw([each for each in run.pupils if run.pair_of(each)] or run.pupils)
+    if who is None:
+        return
+    window = run.random.choice(("leader", "followers"))
+    pair = joined_pair(run, who)
+    mark, project = work(run, *(pair.members if pair else [who]))
+    base = pair.versions[window] if pair else 1
+    wanted = DONE
+    if pair is None:
+        wanted = "not-in-a-pair"
+    elif pair.owners[window] is None:
+        wanted = "window-is-free"
+    elif pair.owners[window] is not who:
+        wanted = "window-of-another"
+    elif run.random.random() < 0.2:
+        base, wanted = base + 1, "saved-elsewhere"
+    message = {"window": window, "project": project, "base": base}
+    answer = await run.expect("own-work", who.browser, "class/pair/write", wanted, **message)
+    if answer is not None and pair:
+        pair.versions[window] += 1
+        pair.marks[window] = mark
+        run.world.keep("as-asked", answer == pair.versions[window], f"{answer}")
+    read = await run.expect(
+        "own-work", who.browser, "class/pair/read", DONE if pair else "not-in-a-pair", window=window
+    )
+    if read and pair:
+        found = (read["project"]["python"], read["version"])
+        known = (pair.marks[window], pair.versions[window])
+        run.world.keep("answered-stays", found == known, f"{found}, not {known}")
+
+
+async def take_window(run: "Lesson") -> None:
+    """A pupil takes a window, or gives it back: not one that another has who is here."""
+    who = run.draw([each for each in run.pupils if joined_pair(run, each)] or run.pupils)
+    if who is None:
+        return
+    window, wants = run.random.choice(("leader", "followers")), run.random.random() < 0.6
+    pair, wanted = joined_pair(run, who), DONE
+    if pair is None:
+        wanted = "not-in-a-pair"
+    elif pair.owners[window] not in (None, who) and not run.is_away(pair.owners[window]):
+        wanted = "window-of-another"
+    await run.expect("own-work", who.browser, "class/pair/take", wanted, window=window, wants=wants)
+    if wanted == DONE and pair:
+        pair.owners[window] = who if wants else None
+        pair.asks = None
+
+
+async def swap(run: "Lesson") -> None:
+    """A pupil asks to swap windows, or agrees; nobody swaps alone."""
+    who = run.draw([each for each in run.pupils if joined_pair(run, each)] or run.pupils)
+    if who is None:
+        return
+    wants, pair = run.random.random() < 0.8, joined_pair(run, who)
+    wanted = DONE
+    if pair is None or (wants and len(pair.joined) < 2):
+        wanted = "not-in-a-pair"
+    await run.expect("own-work", who.browser, "class/pair/swap", wanted, wants=wants)
+    if wanted != DONE or pair is None:
+        return
+    if not wants:
+        pair.asks = None
+    elif pair.asks in (None, who):
+        pair.asks = who
+    else:
+        pair.owners = {"leader": pair.owners["followers"], "followers": pair.owners["leader"]}
+        pair.asks = None
+
+
+async def conduct(run: "Lesson") -> None:
+    """A pupil plays the worlds of both."""
+    who = run.draw([each for each in run.pupils if joined_pair(run, each)] or run.pupils)
+    if who is None:
+        return
+    pair = joined_pair(run, who)
+    played = {"playing": run.random.random() < 0.5, "speed": 2.0, "seed": 7, "t_ms": run.random.randrange(1000)}
+    await run.expect("own-work", who.browser, "class/pair/conduct", DONE if pair else "not-in-a-pair", **played)
+    if pair:
+        number = pair.conducted["number"] + 1 if pair.conducted else 1
+        pair.conducted = {"number": number, "by": who.id} | played
+
+
+async def leave_pair(run: "Lesson") -> None:
+    """A pupil leaves the pair, whatever it is called, and has a copy; who refuses gets none."""
+    who = run.draw([each for each in run.pupils if run.pair_of(each)] or run.pupils)
+    if who is None:
+        return
+    pair = run.pair_of(who)
+    copied = await run.expect("leaves", who.browser, "class/pair/leave", DONE)
+    if pair is None or who not in pair.joined:
+        run.world.keep("own-work", copied in ("", {}, None), f"{who.name} gets {copied!r} of a pair of others")
+    elif pair.name == "Parade":
+        wanted = free_name(who, pair.name, "")
+        run.world.keep("as-asked", copied == wanted, f"{copied!r}, not {wanted!r}")
+    if copied and pair:
+        who.projects[copied] = [pair.marks["leader"]]
+        run.may_see[pair.marks["leader"]].add(who.id)
+    if pair:
+        drop_member(run, pair, who)
+
+
+def drop_member(run: "Lesson", pair: "Pair", who: "Pupil") -> None:
+    """A pupil is no longer in a pair."""
+    pair.members.remove(who)
+    pair.joined = [each for each in pair.joined if each is not who]
+    pair.owners = {window: None if owner is who else owner for window, owner in pair.owners.items()}
+    pair.asks = None
+    if not pair.joined:
+        run.pairs.remove(pair)
+
+
+ACTS = [
+    (3.0, begin_pair),
+    (3.0, join_pair),
+    (3.0, write_window),
+    (1.5, take_window),
+    (1.5, swap),
+    (0.7, conduct),
+    (1.5, leave_pair),
+]

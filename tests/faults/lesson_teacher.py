@@ -1,0 +1,336 @@
+"""What the teacher does in a simulated lesson: settings, names, numbers, hand-outs, stops, reports, and the end."""
+
+import asyncio
+import html
+import io
+import json
+import re
+import zipfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tests.faults import lesson_pairs, lesson_work
+from tests.faults.browsers import DONE
+from tests.faults.lesson_doors import WORK, drawn_name, wanted_name
+from tests.faults.pupils import PASSWORD
+
+from motorcade.service.messages import MissionChoice
+from motorcade.service.missions import chosen_mission
+
+if TYPE_CHECKING:
+    from tests.faults.lesson import Lesson, Pupil
+
+_MARK = re.compile("# mark-[0-9]+-")
+
+
+async def settings(run: "Lesson") -> None:
+    """The teacher changes settings; nonsense changes none of them."""
+    changes: dict[str, Any] = {}
+    if run.random.random() < 0.5:
+        changes["title"] = f"Class {run.random.randrange(100)}"
+    if run.random.random() < 0.4:
+        changes["is_open"] = run.random.random() < 0.6
+    if run.random.random() < 0.4:
+        changes["stuck_minutes"] = run.random.randint(1, 60)
+    await run.expect("as-asked", run.teacher, "teacher/settings", DONE, **changes)
+    run.title = changes.get("title", run.title)
+    run.is_open = changes.get("is_open", run.is_open)
+    run.stuck_minutes = changes.get("stuck_minutes", run.stuck_minutes)
+    bad = run.random.choice(({"stuck_minutes": 0}, {"stuck_minutes": 61}, {"title": "<b>"}, {"is_open": "x"}))
+    await run.expect("says-why", run.teacher, "teacher/settings", ("bad-message", "bad-user-name"), **bad)
+
+
+async def rename(run: "Lesson") -> None:
+    """The teacher renames a pupil: also then no two names look alike."""
+    pupil, typed = run.draw(run.pupils), drawn_name(run)
+    if pupil is None:
+        return
+    wanted, alike, name = wanted_name(run, typed, but=pupil)
+    await run.expect("names", run.teacher, "teacher/rename", wanted, pupil=pupil.id, name=typed)
+    if wanted == DONE:
+        pupil.name, pupil.alike = name, alike
+    await run.expect("as-asked", run.teacher, "teacher/rename", "no-such-pupil", pupil="99", name="Zed")
+
+
+async def reset_number(run: "Lesson") -> None:
+    """The teacher makes a new number: the old one lets nobody in."""
+    pupil = run.draw(run.pupils)
+    if pupil is None:
+        return
+    old = pupil.number
+    answer = await run.expect("as-asked", run.teacher, "teacher/reset-number", DONE, pupil=pupil.id)
+    pupil.number = answer["number"]
+    taken = [each.number for each in run.pupils if each is not pupil]
+    run.world.keep("as-asked", pupil.number not in taken, "two pupils have one number")
+    if old != pupil.number and not run.wrong_numbers_s.get(pupil.alike):
+        guess = {"code": run.code, "name": pupil.name, "number": old}
+        await run.expect("wrong-guess", run.new_browser(), "class/return", "wrong-number", **guess)
+        run.wrong_numbers_s.setdefault(pupil.alike, []).append(run.world.now_s)
+
+
+async def new_code(run: "Lesson") -> None:
+    """The teacher makes a new code: the old one lets nobody in, and who is in stays in."""
+    old = run.code
+    answer = await run.expect("as-asked", run.teacher, "teacher/new-code", DONE)
+    run.code = answer["code"]
+    run.world.keep("as-asked", run.code != old and len(run.code) == 6, f"{run.code}")
+    await run.expect("wrong-guess", run.new_browser(), "class/check-code", "wrong-class-code", code=old)
+    pupil = run.draw(run.pupils)
+    if pupil:
+        await run.expect("right-guess", pupil.browser, "projects/list", DONE)
+    shown = await run.expect("as-asked", run.teacher, "teacher/addresses", DONE)
+    run.world.keep("as-asked", shown["code"] == run.code and shown["addresses"], f"{shown}")
+    address = shown["addresses"][0]
+    await run.expect("as-asked", run.teacher, "teacher/choose-address", DONE, address=address)
+    await run.expect("as-asked", run.teacher, "teacher/choose-address", "not-found", address="http://evil.example/")
+
+
+async def freeze(run: "Lesson") -> None:
+    """The teacher freezes all pages, or thaws them; pupils' work is still stored."""
+    run.frozen = not run.frozen
+    await run.expect("as-asked", run.teacher, "teacher/freeze", DONE, frozen=run.frozen)
+    await lesson_work.save(run)
+
+
+async def stop(run: "Lesson") -> None:
+    """The teacher stops all cars, or releases them."""
+    if not run.stopped:
+        away = await run.expect("stop-gets-through", run.teacher, "teacher/stop-all", DONE)
+        wanted = [] if run.control else ["red"]
+        run.world.keep("stop-gets-through", away == wanted, f"{away} could not be reached")
+        state = run.control and run.control.telemetry().state
+        run.world.keep("stop-gets-through", state in (None, "stopped"), f"after the stop the car is {state}")
+        run.stopped = True
+        run.car_is_stopped = run.control is not None
+    else:
+        await run.expect("as-asked", run.teacher, "teacher/release-all", DONE)
+        run.stopped = run.car_is_stopped = False
+
+
+async def pass_on(run: "Lesson") -> None:
+    """The teacher gives the cable or a car to somebody, or to nobody."""
+    name, pupil = run.random.choice(list(run.holders)), run.draw([None, *run.pupils])
+    await run.expect("one-holder", run.teacher, "teacher/pass-on", DONE, name=name, pupil=pupil and pupil.id)
+    run.holders[name] = pupil
+    gone = run.out[-1].id if run.out else "99"
+    await run.expect("one-holder", run.teacher, "teacher/pass-on", "no-such-pupil", name=name, pupil=gone)
+    await run.expect("one-holder", run.teacher, "teacher/pass-on", "car-not-listed", name="blue", pupil=None)
+
+
+async def hand_out(run: "Lesson") -> None:
+    """The teacher hands out a project or a mission, to all or to some."""
+    some = run.random.sample(run.pupils, run.random.randint(0, len(run.pupils)))
+    to = None if run.random.random() < 0.5 else some
+    pupils = run.pupils if to is None else some
+    message: dict[str, Any] = {"to": None if to is None else [pupil.id for pupil in to]}
+    if run.random.random() < 0.5:
+        await _hand_out_mission(run, to, pupils, message)
+        return
+    mark, project = lesson_work.work(run, *pupils)
+    answer = await run.expect(
+        "as-asked", run.teacher, "teacher/hand-out", DONE, name="task", project=project, **message
+    )
+    run.world.keep("as-asked", answer == {"pupils": len(pupils), "missed": []}, f"{answer}")
+    for pupil in pupils:
+        name = lesson_work.free_name(pupil, "task", "")
+        pupil.projects[name] = [mark]
+        pupil.tell("project", name, "")
+    await run.expect("as-asked", run.teacher, "teacher/hand-out", "no-such-pupil", to=["99"], name="x", project=WORK)
+    await run.expect("as-asked", run.teacher, "teacher/hand-out", "no-project", name="not there")
+
+
+async def _hand_out_mission(
+    run: "Lesson", to: "list[Pupil] | None", pupils: "list[Pupil]", message: dict[str, Any]
+) -> None:
+    mission = {"id": run.random.choice(lesson_work.MISSIONS)}
+    answer = await run.expect("as-asked", run.teacher, "teacher/hand-out", DONE, mission=mission, **message)
+    run.world.keep("as-asked", answer["pupils"] == len(pupils), f"{answer}")
+    if mission not in run.missions:
+        run.missions.append(mission)
+    number = run.missions.index(mission) + 1
+    if to is None:
+        run.handed = number
+    for pupil in pupils:
+        pupil.mission = number
+        pupil.tell("mission", chosen_mission(MissionChoice(**mission)).name.sentence("en"), "")
+
+
+async def look_at_work(run: "Lesson") -> None:
+    """The teacher looks at a pupil's projects and draft; they stay as they are."""
+    pupil = run.draw(run.pupils)
+    if pupil is None:
+        return
+    answer = await run.expect("as-asked", run.teacher, "teacher/library", DONE, pupil=pupil.id)
+    found = {each["name"]: each["versions"] for each in answer["projects"]}
+    known = {name: len(versions) for name, versions in pupil.projects.items()}
+    run.world.keep("as-asked", (answer["pupil"], found) == (pupil.name, known), f"{found}")
+    run.world.keep("as-asked", bool(answer["draft_at"]) == (pupil.draft is not None), f"{answer['draft_at']}")
+    for name, versions in list(pupil.projects.items())[:1]:
+        message = {"pupil": pupil.id, "name": name}
+        answer = await run.expect("as-asked", run.teacher, "teacher/project", DONE, **message)
+        run.world.keep("as-asked", answer["python"] == versions[-1], f"{answer['python']}")
+    wanted = DONE if pupil.draft is not None else "no-draft"
+    answer = await run.expect("as-asked", run.teacher, "teacher/project", wanted, pupil=pupil.id, name="")
+    if answer:
+        run.world.keep("as-asked", answer["python"] == pupil.draft, f"{answer['python']}")
+    gone = run.out[-1].id if run.out else "99"
+    for request in ("teacher/library", "teacher/project"):
+        message = {"pupil": gone} | ({"name": "x"} if request == "teacher/project" else {})
+        await run.expect("out-is-out", run.teacher, request, "no-such-pupil", **message)
+
+
+async def teachers_library(run: "Lesson") -> None:
+    """The teacher has a library of the own, and hands out from it."""
+    mark, project = lesson_work.work(run, *run.pupils)
+    await run.expect("as-asked", run.teacher, "projects/write", DONE, name="starter", project=project)
+    answer = await run.expect("as-asked", run.teacher, "teacher/hand-out", DONE, name="starter")
+    run.world.keep("as-asked", answer["pupils"] == len(run.pupils), f"{answer}")
+    for pupil in run.pupils:
+        name = lesson_work.free_name(pupil, "starter", "")
+        pupil.projects[name] = [mark]
+        pupil.tell("project", name, "")
+
+
+async def mat(run: "Lesson") -> None:
+    """The teacher opens the shared mat, starts and closes it."""
+    if run.mat == "closed" or run.random.random() < 0.2:
+        places = run.random.choice((1, 2, 30))
+        await run.expect("as-asked", run.teacher, "teacher/mat/open", DONE, places=places, followers=0)
+        run.mat, run.mat_entries, run.mat_places = "collecting", [], places
+        bad = run.random.choice(({"places": 0}, {"places": 61}, {"followers": 11}))
+        await run.expect("says-why", run.teacher, "teacher/mat/open", "bad-message", **bad)
+    elif run.mat == "collecting" and run.random.random() < 0.7:
+        if run.random.random() < 0.7:
+            await lesson_work.enter_mat(run, image=lesson_work.IMAGE)
+        wanted = DONE if run.mat_entries else "mat-is-empty"
+        await run.expect("as-asked", run.teacher, "teacher/mat/start", wanted)
+        run.mat = "running" if run.mat_entries else run.mat
+    else:
+        await run.expect("as-asked", run.teacher, "teacher/mat/close", DONE)
+        run.mat, run.mat_entries = "closed", []
+    shown = run.teachers_page
+    await asyncio.sleep(0.6)
+    view = (shown.newest("class") or {}).get("mat", {}) if shown else {}
+    entries = [pupil.id for pupil in run.mat_entries]
+    run.world.keep("shows-what-is", (view["state"], view["entries"]) == (run.mat, entries), f"{view} not {entries}")
+
+
+async def collect(run: "Lesson") -> None:
+    """The teacher collects all work: what is there, and nothing of those who are out."""
+    outcome, data = await run.teacher.fetch("GET", "/api/teacher/work.zip")
+    run.world.keep("as-asked", outcome == DONE, f"work.zip ends in {outcome}")
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        files = [name for name in archive.namelist() if name.endswith(".motorcade.json")]
+        texts = "".join(archive.read(name).decode() for name in files)
+        overview = archive.read("overview.html").decode()
+        folders = {name.partition("/")[0].partition(" ")[0] for name in files}
+    check_marks(run, texts)
+    lacking = [pupil.name for pupil in run.pupils if html.escape(pupil.name) not in overview]
+    run.world.keep("as-asked", not lacking and "<h1></h1>" not in overview, f"the overview lacks {lacking}, or a title")
+    run.world.keep("ended-is-gone", folders <= {pupil.id for pupil in run.pupils}, f"{folders}")
+
+
+def check_marks(run: "Lesson", texts: str) -> None:
+    """The newest version of each project is there, and nothing else."""
+    found = set(_MARK.findall(texts))
+    known = {versions[-1] for pupil in run.pupils for versions in pupil.projects.values()}
+    known |= {pupil.draft for pupil in run.pupils if pupil.draft}
+    run.world.keep("answered-stays", found == known, f"{found ^ known} is missing, or too much")
+
+
+async def report(run: "Lesson") -> None:
+    """The teacher checks all work against a mission."""
+    order = {"mission": lesson_work.MISSIONS[0]}
+    outcome, data = await run.teacher.fetch("POST", "/api/teacher/report.html", json.dumps(order).encode())
+    run.world.keep("as-asked", outcome == DONE, f"report.html ends in {outcome}")
+    check_marks(run, data.decode() if isinstance(data, bytes) else str(data))
+    for bad in (b"{", b'{"mission": "no-such"}', b'{"text": "{"}'):
+        outcome, _ = await run.teacher.fetch("POST", "/api/teacher/report.html", bad)
+        run.world.keep("says-why", outcome not in (DONE, "internal", "no-json"), f"{bad!r} ends in {outcome}")
+
+
+def write_report(command: list[str]) -> None:
+    """What the process does that checks work: here it lists all texts."""
+    work, page = Path(command[5]), Path(command[7])
+    texts = [file.read_text(encoding="utf-8") for file in sorted(work.rglob("*.motorcade.json"))]
+    page.write_text("\n".join(texts), encoding="utf-8")
+
+
+async def remove(run: "Lesson") -> None:
+    """The teacher removes a pupil, who is out at once and has left nothing."""
+    pupil = run.draw(run.pupils)
+    if pupil:
+        await remove_pupil(run, pupil)
+        await run.expect("as-asked", run.teacher, "teacher/remove", "no-such-pupil", pupil=pupil.id)
+
+
+async def remove_pupil(run: "Lesson", pupil: "Pupil") -> None:
+    """Remove a pupil, and check that the pupil is out."""
+    await run.expect("as-asked", run.teacher, "teacher/remove", DONE, pupil=pupil.id)
+    forget(run, pupil)
+    for device in pupil.devices[:2]:
+        await run.expect("out-is-out", device, "projects/list", "class-session-needed")
+    await _see_goodbye(run, pupil, "removed")
+    run.check_folders()
+
+
+async def _see_goodbye(run: "Lesson", pupil: "Pupil", why: str) -> None:
+    if pupil.page and not pupil.page.has_ended:
+        await asyncio.sleep(0.6)
+    if pupil.page:
+        last = pupil.page.messages[-1] if pupil.page.messages else {}
+        is_told = pupil.page.has_ended and (last.get("is"), last.get("why")) == ("goodbye", why)
+        run.world.keep("out-is-out", is_told, f"{pupil.name}'s page goes on: {last}")
+    pupil.page, pupil.pages = None, []
+
+
+def forget(run: "Lesson", pupil: "Pupil") -> None:
+    """Let the model know that a pupil is out."""
+    pair = run.pair_of(pupil)
+    if pair:
+        lesson_pairs.drop_member(run, pair, pupil)
+    run.pupils.remove(pupil)
+    run.out.append(pupil)
+    run.holders = {name: None if holder is pupil else holder for name, holder in run.holders.items()}
+    if run.mat == "collecting":
+        run.mat_entries = [each for each in run.mat_entries if each is not pupil]
+
+
+async def end_class(run: "Lesson") -> None:
+    """The teacher ends the class: a wrong password ends nothing; afterwards nobody is in it, and nothing is left."""
+    await run.expect("wrong-guess", run.teacher, "teacher/end", "wrong-password", password=PASSWORD[1:])
+    await run.expect("as-asked", run.teacher, "teacher/end", DONE, password=PASSWORD)
+    pupils = list(run.pupils)
+    for pupil in pupils:
+        forget(run, pupil)
+    for pupil in pupils:
+        await run.expect("out-is-out", pupil.browser, "projects/list", "class-session-needed")
+        await _see_goodbye(run, pupil, "ended")
+    run.title, run.missions, run.handed, run.frozen = "", [], None, False
+    run.mat, run.mat_entries = "closed", []
+    old, answer = run.code, await run.expect("as-asked", run.teacher, "teacher/addresses", DONE)
+    run.code = answer["code"]
+    run.world.keep("ended-is-gone", run.code != old, "the code stays")
+    data = run.disk.find(run.folder / "class.json").data.decode()
+    left = [pupil.name for pupil in pupils if f'"{pupil.name}"' in data]
+    run.world.keep("ended-is-gone", not left, f"{left} stays in the class's file")
+    run.check_folders()
+
+
+ACTS = [
+    (1.2, settings),
+    (1.2, rename),
+    (0.5, reset_number),
+    (0.5, new_code),
+    (1.0, freeze),
+    (0.8, stop),
+    (1.2, pass_on),
+    (2.0, hand_out),
+    (1.0, look_at_work),
+    (0.5, teachers_library),
+    (2.0, mat),
+    (0.3, collect),
+    (0.2, report),
+    (1.5, remove),
+    (0.4, end_class),
+]

@@ -1,0 +1,149 @@
+"""What comes too late, and what passes: late bodies, restarts, damaged files, time, and the end of a lesson."""
+
+import asyncio
+from typing import TYPE_CHECKING, Any
+
+from tests.faults import lesson_teacher, lesson_work
+from tests.faults.browsers import DONE
+from tests.faults.lesson_doors import MISSION, WORK, wait_for_server
+from tests.faults.pupils import PASSWORD
+
+from motorcade.classroom.folder import RECORD
+
+if TYPE_CHECKING:
+    from tests.faults.lesson import Lesson, Pupil
+
+
+async def late_body(run: "Lesson") -> None:
+    """A request's body comes when its sender is out: it does nothing any more."""
+    pupil = run.draw(run.pupils)
+    if pupil is None:
+        return
+    partner = run.draw([each for each in run.pupils if each is not pupil and run.pair_of(each) is None])
+    requests: list[tuple[str, dict[str, Any]]] = [
+        ("class/draft/write", {"name": "late", "project": WORK | {"python": run.new_mark()}}),
+        ("projects/write", {"name": "late", "project": WORK | {"python": run.new_mark()}}),
+        ("class/hand", {"raised": not pupil.hand}),
+        ("projects/import", {"text": "{}"}),
+        ("missions/write", {"name": "late", "document": {}}),
+        ("class/take", {"name": "", "wants": True}),
+    ]
+    if partner:
+        requests.append(("class/pair/begin", {"to": partner.id, "name": "late", "project": WORK}))
+    if pupil.projects and partner:
+        requests.append(("class/give", {"to": partner.id, "name": next(iter(pupil.projects))}))
+    chosen = run.random.sample(requests, min(3, len(requests)))
+    late = [(name, await pupil.browser.begin(name, **message)) for name, message in chosen]
+    teachers = None
+    if run.random.random() < 0.3:
+        other = run.new_browser()
+        await run.expect("right-guess", other, "teacher/sign-in", DONE, password=PASSWORD)
+        kept = dict(other.cookies)
+        teachers = await other.begin("teacher/freeze", frozen=not run.frozen)
+        await asyncio.sleep(0.05)
+        await run.expect("as-asked", other, "teacher/sign-out", DONE)
+        other.cookies = kept
+    await asyncio.sleep(0.05)
+    await out(run, pupil)
+    for name, request in late:
+        outcome, _ = await request.end()
+        run.world.asked.add((name, f"late {outcome}"))
+        run.world.keep("out-is-out", outcome != DONE, f"{name}, whose body came late, is done")
+    if teachers:
+        outcome, _ = await teachers.end()
+        run.world.keep("out-is-out", outcome != DONE, "a teacher who has signed out freezes the class")
+    run.check_folders()
+    await run.check_pages()
+    if run.random.random() < 0.3:
+        await restart(run)
+
+
+async def out(run: "Lesson", pupil: "Pupil") -> None:
+    """Let a pupil be out: removed, or with the whole class."""
+    if run.random.random() < 0.7:
+        await lesson_teacher.remove_pupil(run, pupil)
+    else:
+        await lesson_teacher.end_class(run)
+
+
+async def restart(run: "Lesson") -> None:
+    """The server is killed and starts again; all that was answered is there."""
+    run.kill(run.random.random() < 0.5)
+    for browser in [*run.signed_in, *(device for pupil in run.pupils for device in pupil.devices)]:
+        browser.hang_up()
+    await come_up(run)
+
+
+async def come_up(run: "Lesson") -> None:
+    """Wait for the server, and open all pages; what need not survive it is as at the beginning."""
+    await wait_for_server(run)
+    run.frozen = run.stopped = False
+    run.holders = dict.fromkeys(run.holders)
+    run.mat, run.mat_entries, run.mat_places = "closed", [], 0
+    run.tries_s.clear()
+    run.wrong_numbers_s.clear()
+    for pupil in run.pupils:
+        pupil.hand, pupil.gifts_s, pupil.pages = False, [], []
+        pupil.left_s = run.world.now_s
+        if pupil.imported:
+            pupil.stars = {MISSION: sorted({1, *pupil.stars.get(MISSION, ())})}
+    for pair in run.pairs:
+        pair.conducted = None
+    await run.open_pages()
+
+
+async def rot(run: "Lesson") -> None:
+    """Somebody has damaged a file: the server says so and repairs nothing; whole again, all is there."""
+    path, random = run.folder / RECORD, run.random
+    node = run.disk.find(path)
+    good = node.data
+    cut, at = random.randrange(len(good) - 2), random.randrange(len(good))
+    bad = random.choice(
+        (b"", good[:cut], b"\0" * len(good), good.replace(b'"pupils"', b'"Pupils"', 1)[:at], b"[]", b"{}")
+    )
+    node.data = node.kept = bad
+    run.kill(False)
+    await asyncio.sleep(2.5)
+    outcome, _ = await run.new_browser().ask("class/about")
+    run.world.keep("fails-closed", outcome == "unknown", f"a class whose file is {bad[:20]!r} goes on")
+    run.world.keep("fails-closed", run.disk.find(path).data == bad, "a damaged file is replaced")
+    node = run.disk.find(path)
+    node.data = node.kept = good
+    await come_up(run)
+
+
+async def rest(run: "Lesson") -> None:
+    """Time passes; a pupil's page may leave meanwhile, and come back."""
+    pupil = run.draw([each for each in run.pupils if each.pages])
+    if pupil and run.random.random() < 0.7:
+        pupil.page.close()
+        pupil.page, pupil.pages, pupil.left_s = None, [], run.world.now_s
+    await asyncio.sleep(run.random.choice((5.0, 25.0)))
+    await run.check_pages()
+    if pupil and pupil.page is None:
+        pupil.page = (await pupil.browser.open("class/stream")).follow()
+        pupil.pages = [pupil.page]
+
+
+async def set_calendar(run: "Lesson") -> None:
+    """Somebody sets the computer's calendar a little: no rate and no session depends on it."""
+    run.wall_s += run.random.choice((-3600.0, -600.0, 600.0, 3600.0)) * (abs(run.wall_s) < 7200)
+    await run.expect("right-guess", run.teacher, "teacher/progress", DONE)
+
+
+async def end(run: "Lesson") -> None:
+    """At the end the server starts once more, and everybody has what was answered."""
+    await restart(run)
+    for pupil in run.pupils:
+        await lesson_work.check_library(run, pupil)
+    for pupil in run.out[-2:]:
+        await run.expect("out-is-out", pupil.browser, "projects/list", "class-session-needed")
+
+
+ACTS = [
+    (2.5, late_body),
+    (0.6, restart),
+    (0.4, rot),
+    (0.8, rest),
+    (0.4, set_calendar),
+]

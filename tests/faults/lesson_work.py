@@ -1,0 +1,422 @@
+"""What pupils do in a simulated lesson: drafts, projects, missions, gifts, hands, the cable, the mat and pairs."""
+
+import asyncio
+import base64
+import json
+from contextlib import nullcontext
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+from tests.faults.browsers import DONE
+from tests.faults.lesson_doors import MISSION, WORK
+from tests.faults.system import Replaced
+
+from motorcade import Program, compile_program, forward, left
+from motorcade.classroom import folder as class_folder
+from motorcade.classroom import running as class_running
+from motorcade.classroom import shared_mat
+from motorcade.program.blocks import blocks_of
+from motorcade.server.studio import library
+from motorcade.server.studio import uploads as studio_uploads
+from motorcade.service.messages import MissionChoice, Port
+from motorcade.service.missions import chosen_mission, list_missions
+
+if TYPE_CHECKING:
+    from tests.faults.lesson import Lesson, Pupil
+
+PROJECTS = ("project 0", "Röbot", "con.x", "a%b")
+BAD_NAMES = ("", " ", ".", "..", "a/b", "a\\b", "x" * 61, "a\u202eb", "a\nb")
+MISSIONS = [mission.id for mission in list_missions({})][:6]
+SERIAL = Port("/dev/ttyTEST", "a car's cable", "serial")
+GIFTS, GIFTS_S = 10, 60.0
+_FIRST = MISSION
+IMAGE = base64.b64encode(compile_program(Program([forward(1, speed=2), left(1)])).image).decode()
+
+
+def solution() -> dict[str, Any]:
+    """The leader's blocks of a program that earns a star in the first mission."""
+    return blocks_of(Program([forward(5, speed=3)]))[0]
+
+
+def work(run: "Lesson", *pupils: "Pupil") -> tuple[str, dict[str, Any]]:
+    """A mark, and a project that contains it, which these pupils may see."""
+    mark = run.new_mark()
+    run.may_see[mark] = {pupil.id for pupil in pupils}
+    return mark, WORK | {"python": mark}
+
+
+# The own library.
+
+
+async def draft(run: "Lesson") -> None:
+    """A pupil stores a draft, and reads it."""
+    pupil = run.draw(run.pupils)
+    if pupil is None:
+        return
+    if run.random.random() < 0.7:
+        mark, project = work(run, pupil)
+        await run.expect("as-asked", pupil.browser, "class/draft/write", DONE, name="a draft", project=project)
+        pupil.draft, pupil.draft_name = mark, "a draft"
+    if run.random.random() < 0.1:
+        await run.expect("says-why", pupil.browser, "class/draft/write", "bad-message", name="x" * 161, project=WORK)
+    await check_draft(run, pupil)
+
+
+async def check_draft(run: "Lesson", pupil: "Pupil") -> None:
+    read = await run.expect("answered-stays", pupil.browser, "class/draft/read", DONE)
+    found = (read["name"], (read["project"] or {}).get("python"))
+    run.world.keep("answered-stays", found == (pupil.draft_name, pupil.draft), f"{found}: {pupil.draft}")
+
+
+async def save(run: "Lesson") -> None:
+    """A pupil stores a project, with or without the version that it was made of."""
+    pupil, name = run.draw(run.pupils), run.random.choice(PROJECTS)
+    if pupil is None:
+        return
+    mark, project = work(run, pupil)
+    versions = pupil.projects.get(name, [])
+    base = run.random.choice((None, None, len(versions), len(versions) + 1, 0))
+    wanted = DONE
+    if base is not None and base != len(versions):
+        wanted = "saved-elsewhere" if base else "project-exists"
+    message = {"name": name, "project": project} | ({} if base is None else {"base": base})
+    answer = await run.expect("answered-stays", pupil.browser, "projects/write", wanted, **message)
+    if answer:
+        pupil.projects[name] = [*versions, mark]
+        run.world.keep("as-asked", answer["version"] == len(versions) + 1, answer)
+        if run.random.random() < 0.3:
+            # The same once more makes no new version.
+            again = await run.expect("as-asked", pupil.browser, "projects/write", DONE, name=name, project=project)
+            run.world.keep("as-asked", again["version"] == answer["version"], again)
+    if run.random.random() < 0.2:
+        bad = run.random.choice(BAD_NAMES)
+        await run.expect(
+            "says-why", pupil.browser, "projects/write", ("bad-project-name", "bad-message"), name=bad, project=WORK
+        )
+
+
+async def read(run: "Lesson") -> None:
+    """A pupil reads projects, old versions too, and tries names of others."""
+    pupil = run.draw(run.pupils)
+    if pupil is None:
+        return
+    await check_library(run, pupil)
+    other = run.draw([each for each in run.pupils if each is not pupil and each.projects])
+    if other:
+        name = next(iter(other.projects))
+        guesses = [f"../{other.id}/{name}", f"{other.id}/{name}", f"owners/{other.id}", f"..\\{other.id}\\{name}"]
+        if name not in pupil.projects:
+            guesses.append(name)
+        guess = run.random.choice(guesses)
+        for request in ("projects/read", "projects/history", "projects/delete"):
+            await run.expect("own-work", pupil.browser, request, ("no-project", "bad-project-name"), name=guess)
+        await run.expect("own-work", pupil.browser, "projects/list", "bad-message", owner=other.id)
+
+
+async def check_library(run: "Lesson", pupil: "Pupil") -> None:
+    """All that a pupil has stored is there, and nothing else."""
+    listed = await run.expect("answered-stays", pupil.browser, "projects/list", DONE)
+    found = {each["name"]: each["versions"] for each in listed}
+    known = {name: len(versions) for name, versions in pupil.projects.items()}
+    run.world.keep("answered-stays", found == known, f"{pupil.name} has {found}, not {known}")
+    for name, versions in list(pupil.projects.items())[:2]:
+        answer = await run.expect("answered-stays", pupil.browser, "projects/read", DONE, name=name)
+        run.world.keep("answered-stays", answer["python"] == versions[-1], f"{name}: {answer['python']!r}")
+        number = run.random.randint(1, len(versions))
+        answer = await run.expect("answered-stays", pupil.browser, "projects/read", DONE, name=name, version=number)
+        run.world.keep("answered-stays", answer["python"] == versions[number - 1], f"{name}: {answer['python']!r}")
+        wrong = {"name": name, "version": len(versions) + 1}
+        await run.expect("as-asked", pupil.browser, "projects/read", "no-version", **wrong)
+        history = await run.expect("as-asked", pupil.browser, "projects/history", DONE, name=name)
+        numbers = [each["version"] for each in history]
+        run.world.keep("as-asked", numbers == [*range(len(versions), 0, -1)], f"{numbers}")
+    own = await run.expect("answered-stays", pupil.browser, "missions/own", DONE)
+    run.world.keep("answered-stays", sorted(each["name"] for each in own) == sorted(pupil.missions), f"{own}")
+    await check_draft(run, pupil)
+
+
+async def delete(run: "Lesson") -> None:
+    """A pupil deletes a project: it is no longer there, and its name is free."""
+    pupil = run.draw([each for each in run.pupils if each.projects])
+    if pupil is None:
+        return
+    name = run.random.choice(list(pupil.projects))
+    await run.expect("as-asked", pupil.browser, "projects/delete", DONE, name=name)
+    del pupil.projects[name]
+    # What was deleted may come back with a power failure, but not later.
+    run.disk.settle()
+    await run.expect("as-asked", pupil.browser, "projects/read", "no-project", name=name)
+    await run.expect("as-asked", pupil.browser, "projects/delete", "no-project", name=name)
+
+
+async def own_missions(run: "Lesson") -> None:
+    """A pupil writes a mission, reads and deletes it."""
+    pupil = run.draw(run.pupils)
+    if pupil is None:
+        return
+    document = chosen_mission(MissionChoice(id=_FIRST)).document
+    await run.expect("as-asked", pupil.browser, "missions/write", DONE, name="mine", document=document)
+    pupil.missions["mine"] = ["mine"]
+    answer = await run.expect("answered-stays", pupil.browser, "missions/read", DONE, name="mine")
+    run.world.keep("answered-stays", answer["id"] == "own", answer["id"])
+    if run.random.random() < 0.5:
+        await run.expect("as-asked", pupil.browser, "missions/delete", DONE, name="mine")
+        pupil.missions.clear()
+        run.disk.settle()
+    await run.expect("as-asked", pupil.browser, "missions/read", "no-project", name="other")
+
+
+async def export_and_import(run: "Lesson") -> None:
+    """A pupil takes all work home and brings it back: nothing is lost, and nothing doubled."""
+    pupil = run.draw(run.pupils)
+    if pupil is None:
+        return
+    answer = await run.expect("answered-stays", pupil.browser, "projects/export", DONE)
+    text = answer["text"]
+    lost = [mark for versions in pupil.projects.values() for mark in versions if mark not in text]
+    run.world.keep("answered-stays", not lost and not answer["left_out"], f"{lost} isn't in the file")
+    done = await run.expect("as-asked", pupil.browser, "projects/import", DONE, text=text)
+    new = [each for each in done["projects"] if each["versions"]]
+    run.world.keep("as-asked", not new and not done["left_out"], f"{new} is doubled")
+    document = json.loads(text)
+    if document["projects"] and run.random.random() < 0.5:
+        mark, project = work(run, pupil)
+        saved = await run.expect("as-asked", pupil.browser, "save-text", DONE, **project)
+        versions = [{"saved_at": "2026-01-01T00:00:00.000Z", "text": saved["text"]}]
+        more = {"format": "motorcade-projects/1", "projects": [{"name": "from home", "versions": versions}]}
+        more["stars"] = {_FIRST: [1, 9]}
+        await run.expect("as-asked", pupil.browser, "projects/import", DONE, text=json.dumps(more))
+        if "from home" not in pupil.projects:
+            pupil.projects["from home"] = [mark]
+        else:
+            free = next(name for name in map("from home ({})".format, range(2, 50)) if name not in pupil.projects)
+            pupil.projects[free] = [mark]
+        pupil.imported = True
+    bad = run.random.choice(("", "[]", "{", '{"format": 5}', text[: len(text) // 2]))
+    await run.expect("says-why", pupil.browser, "projects/import", "no-projects-file", text=bad)
+    await check_library(run, pupil)
+
+
+async def check_stars(run: "Lesson") -> None:
+    """A program is checked; what a pupil earns stays, and the teacher sees it."""
+    pupil = run.draw(run.pupils)
+    if pupil is None:
+        return
+    message = {"mission": {"id": _FIRST}, "leader": solution()}
+    answer = await run.expect("as-asked", pupil.browser, "missions/check", DONE, **message)
+    before = set(pupil.stars.get(_FIRST, ())) | ({1} if pupil.imported else set())
+    pupil.stars[_FIRST] = sorted({*answer["stars"], *before})
+    run.world.keep("answered-stays", answer["earned"] == pupil.stars[_FIRST], f"{answer['earned']}: {pupil.stars}")
+    progress = await run.expect("as-asked", run.teacher, "teacher/progress", DONE)
+    earned = progress["stars"].get(pupil.id, {}).get(_FIRST, [])
+    run.world.keep("answered-stays", earned == pupil.stars[_FIRST], f"the teacher sees {earned}")
+
+
+async def studio_requests(run: "Lesson") -> None:
+    """Any other request of the studio is answered, and says what may be done."""
+    pupil = run.draw(run.pupils)
+    if pupil is None:
+        return
+    able = await run.expect("as-asked", pupil.browser, "capabilities", DONE)
+    run.world.keep("own-view", (able["classroom"], able["cars"]) == ("pupil", ""), f"{able}")
+    listed = [each["port"] for each in await run.expect("one-holder", pupil.browser, "ports", DONE)]
+    has_cable = SERIAL.port in listed
+    run.world.keep("one-holder", has_cable == (run.holders[""] is pupil), f"{pupil.name} is offered {listed}")
+    leader = {"leader": solution(), "followers": None, "profile": "classroom"}
+    requests: list[tuple[str, dict[str, Any]]] = [
+        ("profiles", {}),
+        ("examples", {}),
+        ("opening", {}),
+        ("missions", {}),
+        ("projects/place", {}),
+        ("compile", leader),
+        ("save-text", WORK),
+        ("mission", {"id": _FIRST}),
+        ("decompile", {"image": IMAGE, "profile": "classroom"}),
+        ("blocks-to-python", leader),
+    ]
+    for request, message in run.random.sample(requests, 3):
+        await run.ask(pupil.browser, request, **message)
+    rest = ("python-to-blocks", "remedy", "open", "example", "missions/notes", "missions/open", "missions/save-text")
+    for request in run.random.sample((*rest, "event-table"), 2):
+        outcome, _ = await run.ask(pupil.browser, request, nonsense=5)
+        run.world.keep("says-why", outcome != DONE, f"{request} with nonsense ends in {outcome}")
+
+
+# With others.
+
+
+async def give(run: "Lesson") -> None:
+    """A pupil gives a copy of a project, as often as is allowed."""
+    pupil = run.draw(run.pupils)
+    if pupil is None:
+        return
+    taker = run.draw([each for each in run.pupils if each is not pupil])
+    classmates = await run.expect("as-asked", pupil.browser, "class/classmates", DONE)
+    others = [{"id": each.id, "name": each.name, "avatar": each.avatar} for each in run.pupils if each is not pupil]
+    run.world.keep("own-view", classmates == others, f"{classmates}")
+    gone = run.out[-1].id if run.out else "99"
+    await run.expect("as-asked", pupil.browser, "class/give", "no-such-pupil", to=gone, name="x")
+    if taker is None or not pupil.projects:
+        return
+    name = run.random.choice(list(pupil.projects))
+    for _ in range(run.random.choice((1, 1, 1, 2, 12))):
+        pupil.gifts_s = [when_s for when_s in pupil.gifts_s if run.world.now_s - when_s < GIFTS_S]
+        if len(pupil.gifts_s) >= GIFTS:
+            await run.expect("bounded", pupil.browser, "class/give", "gives-too-often", to=taker.id, name=name)
+            continue
+        copied = await run.expect("as-asked", pupil.browser, "class/give", DONE, to=taker.id, name=name)
+        pupil.gifts_s.append(run.world.now_s)
+        wanted = free_name(taker, name, f" ({pupil.name})")
+        run.world.keep("as-asked", copied == wanted, f"{copied!r} in place of {wanted!r}")
+        mark = pupil.projects[name][-1]
+        taker.projects[copied] = [mark]
+        run.may_see[mark].add(taker.id)
+        taker.tell("project", copied, pupil.name)
+        await asyncio.sleep(0.06)
+
+
+def free_name(taker: "Pupil", name: str, ending: str) -> str:
+    """The name of a copy in a library."""
+    wishes = [ending, *(f"{ending} {number}" for number in range(2, 60))]
+    names = (name[: 60 - len(each)] + each for each in wishes)
+    return next(each for each in names if each not in taker.projects)
+
+
+async def see_news(run: "Lesson") -> None:
+    """A pupil has seen news."""
+    pupil = run.draw(run.pupils)
+    if pupil is None:
+        return
+    number = run.random.randint(0, pupil.told + 1)
+    await run.expect("as-asked", pupil.browser, "class/seen", DONE, number=number)
+    pupil.news = [news for news in pupil.news if news[0] > number]
+
+
+async def raise_hand(run: "Lesson") -> None:
+    """A pupil raises a hand, or lowers it; the teacher lowers it."""
+    pupil = run.draw(run.pupils)
+    if pupil is None:
+        return
+    pupil.hand = run.random.random() < 0.7
+    await run.expect("as-asked", pupil.browser, "class/hand", DONE, raised=pupil.hand)
+    if run.random.random() < 0.2:
+        await run.expect("as-asked", run.teacher, "teacher/lower-hand", DONE, pupil=pupil.id)
+        pupil.hand = False
+    if run.random.random() < 0.1:
+        await run.expect("as-asked", run.teacher, "teacher/lower-hand", "no-such-pupil", pupil="99")
+
+
+async def take(run: "Lesson") -> None:
+    """A pupil takes the cable or a car, or gives it back: one at a time has it."""
+    pupil, name = run.draw(run.pupils), run.random.choice(list(run.holders))
+    if pupil is None:
+        return
+    wants = run.random.random() < 0.7
+    holder = run.holders[name]
+    wanted = DONE if holder in (None, pupil) else "held-by-another"
+    await run.expect("one-holder", pupil.browser, "class/take", wanted, name=name, wants=wants)
+    if wanted == DONE:
+        run.holders[name] = pupil if wants else None
+    if run.random.random() < 0.15:
+        await run.expect("as-asked", pupil.browser, "class/take", "car-not-listed", name="blue", wants=True)
+
+
+async def upload(run: "Lesson") -> None:
+    """Who hasn't the cable uploads nothing through it; while pages are frozen nobody does."""
+    pupil = run.draw(run.pupils)
+    if pupil is None:
+        return
+    port = run.random.choice((SERIAL.port, "virtual", "spy:///dev/ttyTEST?file=/tmp/x", "/dev/other", "socket://a:1"))
+    page = (await pupil.browser.open("upload")).follow()
+    page.send({"port": port, "image": IMAGE, "profile": "classroom"})
+    await asyncio.sleep(2.0)
+    told = json.dumps(page.messages)
+    page.close()
+    may = port == "virtual" or run.holders[""] is pupil
+    if run.frozen:
+        run.world.keep("one-holder", "class-frozen" in told, f"an upload while all is frozen: {told[:200]}")
+    elif not may:
+        run.world.keep("one-holder", "cable-of-another" in told, f"{port} without the cable: {told[:200]}")
+    elif port not in ("virtual", SERIAL.port):
+        run.world.keep("one-holder", "no-such-port" in told, f"{port} of a page: {told[:200]}")
+
+
+async def enter_mat(run: "Lesson", image: str | None = "") -> None:
+    """A pupil sends a program to the shared mat, or takes it off."""
+    pupil = run.draw(run.pupils)
+    if pupil is None:
+        return
+    if image == "":
+        image = run.random.choice((IMAGE, IMAGE, None, "AAAA"))
+    is_in = pupil in run.mat_entries
+    wanted: str | tuple[str, ...] = DONE
+    if run.mat != "collecting":
+        wanted = "mat-is-closed"
+    elif image and not is_in and len(run.mat_entries) >= run.mat_places:
+        wanted = "mat-is-full"
+    elif image == "AAAA":
+        wanted = ("bad-image", "image-damaged", "image-length", "bad-message", "image-too-short", "image-size")
+    outcome, _ = await run.ask(pupil.browser, "class/mat", image=image)
+    if image == "AAAA" and run.mat == "collecting":
+        run.world.keep("says-why", outcome != DONE, "a damaged program is on the mat")
+        return
+    run.world.keep("as-asked", outcome == wanted, f"class/mat ends in {outcome}, not {wanted}")
+    if outcome == DONE:
+        run.mat_entries = [each for each in run.mat_entries if each is not pupil or image]
+        if image and not is_in:
+            run.mat_entries.append(pupil)
+
+
+async def open_mission(run: "Lesson") -> None:
+    """A pupil opens a mission that was handed out; no other number leads to one."""
+    pupil = run.draw(run.pupils)
+    if pupil is None:
+        return
+    count = len(run.missions)
+    number = run.random.randint(1, count) if count else 1
+    answer = await run.expect("as-asked", pupil.browser, "class/mission", DONE if count else "not-found", number=number)
+    if answer:
+        run.world.keep("as-asked", answer["id"] == run.missions[number - 1]["id"], f"{answer['id']}")
+    for wrong in (0, -1, count + 1):
+        await run.expect("as-asked", pupil.browser, "class/mission", "not-found", number=wrong)
+
+
+def names(run: "Lesson") -> Replaced:
+    """What the modules take from the system, beside the names of every class."""
+
+    def set_time(path: Any, times: tuple[float, float]) -> None:
+        run.disk.find(path).changed_s = times[1]
+
+    def checked(command: list[str], **options: object) -> None:
+        run.write_report(command)
+
+    return {
+        (library, "FileLock"): lambda *arguments, **named: nullcontext(),
+        (library, "os"): SimpleNamespace(utime=set_time),
+        (class_running, "listed_ports"): lambda: [SERIAL],
+        (studio_uploads, "ports"): list,
+        (studio_uploads, "time"): SimpleNamespace(sleep=run.world.sleep),
+        (studio_uploads, "secrets"): SimpleNamespace(randbelow=run.random.randrange),
+        (class_folder, "subprocess"): SimpleNamespace(run=checked, TimeoutExpired=TimeoutError),
+        (shared_mat, "secrets"): SimpleNamespace(randbits=run.random.getrandbits),
+    }
+
+
+ACTS = [
+    (2.0, draft),
+    (4.0, save),
+    (1.5, read),
+    (0.6, delete),
+    (0.4, own_missions),
+    (0.6, export_and_import),
+    (0.15, check_stars),
+    (0.8, studio_requests),
+    (2.0, give),
+    (0.8, see_news),
+    (1.2, raise_hand),
+    (2.0, take),
+    (0.6, upload),
+    (1.0, enter_mat),
+    (0.5, open_mission),
+]

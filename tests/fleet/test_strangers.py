@@ -1,0 +1,177 @@
+"""What strangers announce hides no car from a stop: first, wrongly, much, renewed, withdrawn."""
+
+import asyncio
+from contextlib import asynccontextmanager
+
+import pytest
+from zeroconf import DNSOutgoing, ServiceInfo, Zeroconf
+from zeroconf.const import _FLAGS_AA, _FLAGS_QR_RESPONSE
+
+from motorcade.fleet.cars import MOST_FOUND, Cars, Finder
+from motorcade.fleet.found import Turns
+from motorcade.fleet.places import CAR, CLASS, DRIVE, SERVICE, network_place
+from motorcade.words.request import STOP
+from support.driven_car import DrivenCar
+from support.rooms import in_loop, server, simulated_cars
+from support.waiting import until
+
+HOST = "127.0.0.1"
+
+
+def found(host, port, kind, telemetry=0):
+    return network_place(host, port, "x", kind, telemetry)._replace(found=True)
+
+
+def as_a_class(port, mute):
+    return [found(HOST, port, CLASS)]
+
+
+def as_a_car(port, mute):
+    return [found(HOST, port, CAR)]
+
+
+def as_drive_servers(port, mute):
+    """Their telemetry is said to come from a port that is mute, or closed."""
+    return [found(HOST, port, DRIVE, telemetry) for telemetry in (mute, 9, *range(20, 40))]
+
+
+def much_for_its_host(port, mute):
+    return [found(HOST, number, kind) for number in range(1, 65) for kind in (CAR, CLASS, DRIVE)]
+
+
+def much_for_many_hosts(port, mute):
+    return [found(f"127.0.1.{host}", number, CAR) for host in range(1, 34) for number in range(1, 65)]
+
+
+def more_than_is_kept(port, mute):
+    mutes = [found(HOST, mute, CAR)]
+    return mutes + [found("127.0.1.1", number, CAR) for number in range(1, MOST_FOUND + 200)]
+
+
+EVERYTHING = (as_a_class, as_a_car, as_drive_servers, much_for_its_host, much_for_many_hosts, more_than_is_kept)
+
+
+@asynccontextmanager
+async def cars_after(lies, port):
+    async with server(b"") as mute, Cars() as cars:
+        for place in lies(port, int(mute.rpartition(":")[2])):
+            cars.add(place)
+        yield cars
+        await until(lambda: (cars.problem is None) == (lies is not more_than_is_kept))
+
+
+@pytest.mark.parametrize("lies", EVERYTHING)
+@in_loop
+async def test_whatever_is_announced_before_it_a_car_is_stopped(lies):
+    with simulated_cars(1) as (car,):
+        port = int(car.address.rpartition(":")[2])
+        async with cars_after(lies, port) as cars:
+            await until(lambda: car.wheels != (0, 0))
+            cars.order(STOP)
+            if lies not in (as_a_class, as_drive_servers):
+                cars.add(found(HOST, port, CAR))
+            await until(lambda: car.wheels == (0, 0))
+            await until(lambda: [each.state for each in cars.statuses() if not each.away] == ["stopped"])
+            assert [each.place.kind for each in cars.named(["car-0"])] == [CAR]
+
+
+@pytest.mark.parametrize("lies", EVERYTHING)
+@in_loop
+async def test_whatever_is_announced_before_it_a_drive_server_is_stopped(lies):
+    with DrivenCar() as car:
+        async with cars_after(lies, car.port) as cars:
+            cars.order(STOP)
+            cars.add(found(HOST, car.port, DRIVE, car.telemetry_port))
+            await until(lambda: car.control.telemetry().state == "stopped")
+            await until(lambda: [each.state for each in cars.statuses() if not each.away] == ["stopped"])
+
+
+@in_loop
+async def test_what_was_announced_and_never_answered_is_named_and_has_no_name_of_its_own():
+    """A stranger takes no car's name by an announcement."""
+    with simulated_cars(1, name="ada") as (car,):
+        async with Cars() as cars:
+            cars.add(network_place("127.0.0.2", 9, "ada", CAR)._replace(found=True))
+            cars.add(found(HOST, int(car.address.rpartition(":")[2]), CAR))
+            await cars.known(30)
+            assert [each.place.address for each in cars.named(["ada"])] == [car.address]
+            cars.order(STOP)
+            assert [each.where for each in await cars.confirmed(0.5)] == ["127.0.0.2:9"]
+
+
+def test_hosts_have_their_turns_one_after_the_other_whoever_announces_most():
+    turns = Turns()
+    for port in range(3):
+        turns.wait("a", f"a:{port}")
+    for host in ("b", "c"):
+        turns.wait(host, f"{host}:1")
+    assert [turns.begin() for _ in range(4)] == ["a:0", "b:1", "c:1", "a:1"]
+    turns.wait("d", "d:1")
+    # It is the turn of the third of a, and then of d, for whom a gives way.
+    assert (turns.host, turns.most()) == ("a", [])
+    turns.begin()
+    assert (turns.host, turns.most(), len(turns)) == ("d", ["a:0", "a:1", "a:2"], 5)
+    turns.wait("a", "a:0")
+    turns.forget("a", "a:1")
+    assert (turns.most(), len(turns)) == ([], 3)
+    turns.forget("d", "d:1")
+    assert (turns.begin(), turns.host) == ("a:0", "")
+
+
+def record(label, port, hosts, kind):
+    """The records of one announcement, as Motorcade makes them."""
+    return ServiceInfo(
+        SERVICE, f"{label}.{SERVICE}", port, 0, 0, {"kind": kind}, f"{label}.local.", parsed_addresses=hosts
+    )
+
+
+class Stranger:
+    """Whoever sends what they like to the group of multicast DNS."""
+
+    def __init__(self):
+        self._network = Zeroconf(interfaces=[HOST])
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._network.close()
+
+    def send(self, info, ttl=None):
+        out = DNSOutgoing(_FLAGS_QR_RESPONSE | _FLAGS_AA)
+        for each in (info.dns_pointer(ttl), info.dns_service(ttl), info.dns_text(ttl), *info.dns_addresses(ttl)):
+            out.add_answer_at_time(each, 0)
+        self._network.send(out)
+
+
+@pytest.mark.parametrize("before", ["nothing", "class", "renewed", "another host", "goodbye"])
+def test_a_car_is_found_by_multicast_dns_whatever_a_stranger_sends_in_its_name(before):
+    with simulated_cars(1) as (car,), Stranger() as network, Stranger() as stranger:
+        port = int(car.address.rpartition(":")[2])
+        own = record("ada", port, [HOST], CAR)
+        lies = {
+            "class": (record("ada", port, [HOST], CLASS), None),
+            "renewed": (record("ada", 9, [HOST], CAR), None),
+            "another host": (record("ada", port, ["127.0.0.9", "::1"], CAR), None),
+            "goodbye": (own, 0),
+        }
+
+        async def test():
+            async with Cars() as cars, (finder := Finder(cars)).looking([HOST]):
+
+                def lie():
+                    if before in lies:
+                        stranger.send(*lies[before])
+
+                def see():
+                    lie()
+                    network.send(own)
+                    lie()
+                    return [each for each in cars.statuses() if each.where == car.address and not each.away]
+
+                await until(see)
+                cars.order(STOP)
+                await until(lambda: car.wheels == (0, 0))
+                await until(lambda: finder.problem is None)
+
+        asyncio.run(test())

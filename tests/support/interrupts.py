@@ -1,0 +1,40 @@
+"""Break off a call at any line of the engine, as Ctrl-C or another signal's handler may."""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import motorcade.engine
+
+_FOLDER = str(Path(motorcade.engine.__file__).parent)
+
+
+class Interrupt(BaseException):
+    """Nobody else raises it, and nobody catches it."""
+
+
+def lines_until_interrupted(call: Callable[[], Any], at: int) -> int:
+    """Make a call, and raise Interrupt in this thread at the engine's ``at``-th line; return how many it ran."""
+    count = 0
+
+    def trace(frame: FrameType, event: str, argument: Any) -> Any:
+        nonlocal count
+        if not frame.f_code.co_filename.startswith(_FOLDER):
+            return None
+        if event == "line":
+            count += 1
+            if count == at:
+                raise Interrupt
+        return trace
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        call()
+    except Interrupt:
+        pass
+    finally:
+        sys.settrace(before)
+    return count
