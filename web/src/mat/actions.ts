@@ -1,6 +1,7 @@
 /** What pointer, keys and buttons do to cars and furniture. */
 
 import i18next from "i18next";
+import { textOf } from "../api/fileText";
 import { request } from "../api/service";
 import { poseIn } from "../api/world";
 import { attempt } from "../projects/actions";
@@ -26,7 +27,7 @@ const RADIUS_M = 0.075;
 export function openMat(): Promise<void> {
   return attempt(async () => {
     const file = await chooseFile(".json,.toml,application/json");
-    if (file) editMat(await request("mats/open", { text: await file.text(), name: file.name }));
+    if (file) editMat(await request("mats/open", { text: await textOf(file), name: file.name }));
   });
 }
 
