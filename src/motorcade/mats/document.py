@@ -47,13 +47,17 @@ def read_mat(path: str | Path) -> Mat:
 
 def parse_mat(text: str, name: str, kind: Kind) -> Mat:
     """Read the mat in ``text``, or that of the project in it; errors call it ``name``. Raises MotorcadeError."""
-    file = Phrase("mat-named", name=name)
-    document = parse(text, kind, file)
+    return mat_of(document_in(text, name, kind), Phrase("mat-named", name=name))
+
+
+def document_in(text: str, name: str, kind: Kind) -> Any:
+    """Return the document of the mat in ``text``, or that of the project in it, for `mat_of`. Raises MotorcadeError."""
+    document = parse(text, kind, Phrase("mat-named", name=name))
     if isinstance(document, dict) and str(document.get("format")).startswith(_PROJECT):
-        if "mat" not in document:
+        if document.get("mat") is None:
             raise MotorcadeError("project-without-mat", file=name)
-        document = document["mat"]
-    return mat_of(document, file)
+        return document["mat"]
+    return document
 
 
 def mat_of(document: Any, file: Text) -> Mat:

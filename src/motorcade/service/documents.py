@@ -6,9 +6,8 @@ from typing import Any
 
 import msgspec
 
-from motorcade.config.files import parse
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.mats.document import mat_of
+from motorcade.mats.document import document_in, mat_of
 from motorcade.program.blocks import Workspace, blocks_of, program_of
 from motorcade.program.diagnostics import ProgramError
 from motorcade.program.model import FORMAT, Program, program_from_dict, read_document
@@ -87,15 +86,9 @@ def open_mat(text: str, name: str) -> MatDocument:
 
     Raises MotorcadeError.
     """
-    file = Phrase("mat-named", name=name)
-    document: Any = parse(text, "JSON" if text.lstrip().startswith("{") else "TOML", file)
-    if isinstance(document, dict) and document.get("format") == FORMAT:
-        document = document.get("mat")
-        if document is None:
-            raise MotorcadeError("project-without-mat")
-    mat_of(document, file)
-    found: MatDocument = document
-    return found
+    document: MatDocument = document_in(text, name, "JSON" if text.lstrip().startswith("{") else "TOML")
+    mat_of(document, Phrase("mat-named", name=name))
+    return document
 
 
 def project_of(program: Program) -> Project:
