@@ -325,7 +325,7 @@ def test_a_mat_is_opened_from_its_own_file_or_a_projects(ask, text) -> None:
         ("size_m = 3", "missing-key"),
         ('{"format": "motorcade-mat/1"', "file-syntax"),
         (json.dumps({**MAT, "car": [{"at_m": [0]}]}), "not-allowed"),
-        (json.dumps(Program([forward(3)]).as_dict()), "project-without-mat"),
+        (json.dumps(Program([forward(3)]).as_dict()), "project-has-no-mat"),
     ],
 )
 def test_a_file_without_a_mat_is_told_what_is_wrong(refused, text, code) -> None:

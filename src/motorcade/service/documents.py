@@ -92,7 +92,7 @@ def open_mat(text: str, name: str) -> MatDocument:
     if isinstance(document, dict) and document.get("format") == FORMAT:
         document = document.get("mat")
         if document is None:
-            raise MotorcadeError("project-without-mat")
+            raise MotorcadeError("project-has-no-mat")
     mat_of(document, file)
     found: MatDocument = document
     return found
