@@ -1,9 +1,10 @@
 import { memo, useEffect, useRef } from "react";
 import { useTranslation } from "react-i18next";
+import { openMat, saveMat } from "../projects/actions";
 import { endEdit } from "../state/history";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { openMat, saveMat, setRange, startHere } from "./actions";
+import { setRange, startHere } from "./actions";
 import { carsOf, followersAt, MOST_FOLLOWERS, MOST_ONE_BY_ONE, positionOf, ROOM_TO_SPARE, withFollowers } from "./cars";
 import { FLOOR_NAMES, floorOf, lossOf, type Mat, withLoss } from "./document";
 import { session } from "./session";

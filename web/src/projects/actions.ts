@@ -9,6 +9,7 @@ import { inLanguage } from "../i18n";
 import { closeDialog, notify, openDialog, openNotes } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { session } from "../mat/session";
+import { editMat } from "../mat/store";
 import { wordsCsv } from "../words/bits";
 import { chooseFile, download, fileName } from "../ui/files";
 import { BLANK, markSaved, markUnsaved, openProject, replaceBy, saveNamed } from "./project";
@@ -102,6 +103,19 @@ export function openSharedLink(): Promise<void> {
     if (wanted) session.play();
     setTimeout(markUnsaved);
   });
+}
+
+/** Put the mat of a file in place of the project's: one of its own, as for `--mat`, or that of another project. */
+export function openMat(): Promise<void> {
+  return attempt(async () => {
+    const file = await chooseFile(".json,.toml,application/json");
+    if (file) editMat(await request("mats/open", { text: await textOf(file), name: file.name }));
+  });
+}
+
+export function saveMat(): void {
+  const { mat } = useStudio.getState();
+  download(fileName(mat.name, ".mat.json"), `${JSON.stringify(mat, null, 1)}\n`, "application/json");
 }
 
 export function exportCsv(): void {
