@@ -812,7 +812,7 @@ void motorcade_frames_leader_begin(uint32_t *s, const struct motorcade_image *im
         s[MOTORCADE_BRAIN_QUIET_MS] = now;
     }
     /* A new image counts on, since followers would ignore its words with tags that look old. */
-    if (motorcade_frames_is_tagged(image)) {
+    if (motorcade_frames_is_tagged(image) && BITS(motorcade_image_word(image, 0), 16, 255)) {
         s[MOTORCADE_BRAIN_TAG] = motorcade_infrared_next_tag((uint8_t)(uint16_t)s[MOTORCADE_BRAIN_TAG], motorcade_frames_slot_word(s, image));
         motorcade_frames_open_slot(s);
     } else {
