@@ -16,7 +16,7 @@ const WHEELS = join(import.meta.dirname, "node_modules", ".wheels");
 const STUDIO = "http://127.0.0.1:7700";
 
 /**
- * The modules `virtual:texts/studio`, `…/remote`, `…/class` and `…/cars`: the texts of one page in every language, from the files
+ * The modules `virtual:texts/studio`, `…/remote`, `…/class`, `…/cars` and `…/network`: the texts of one page in every language, from the files
  * that Python reads too. The environment variable MOTORCADE_LOCALES names another folder of such files.
  */
 function texts(): Plugin {
@@ -35,7 +35,7 @@ function texts(): Plugin {
         this.addWatchFile(path);
         const { language: name, page } = JSON.parse(readFileSync(path, "utf-8")) as { language: string; page: Record<string, unknown> };
         // `page.errors` is for the server, which sends whole sentences.
-        const studio = Object.fromEntries(Object.entries(page).filter(([part]) => !["remote", "class", "cars", "errors"].includes(part)));
+        const studio = Object.fromEntries(Object.entries(page).filter(([part]) => !["remote", "class", "cars", "network", "errors"].includes(part)));
         const part = id.slice(prefix.length);
         return [language, { name, texts: part === "studio" ? studio : page[part] }];
       };

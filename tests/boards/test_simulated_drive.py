@@ -132,7 +132,7 @@ def test_reset_ends_driving():
 def test_driving_a_car_that_does_not_exist_is_an_error():
     with pytest.raises(MotorcadeError, match="car is 1; allowed: a whole number from 0 to 0"):
         alone().drive(1)
-    with pytest.raises(MotorcadeError, match="no car -1"):
+    with pytest.raises(MotorcadeError, match="car is -1; allowed: a whole number from 0 to 0"):
         alone().give_back(-1)
     far = replace(CLASSROOM, servo=replace(CLASSROOM.servo, steering_deg=90))
     with pytest.raises(MotorcadeError, match=r"servo\.steering_deg is 90"):

@@ -191,3 +191,25 @@ def test_a_mission_keeps_the_own_project_and_its_bits_alone_change_its_blocks(op
     expect(page.get_by_text(studio.say("project.unsaved"), exact=True)).to_be_visible()
     expect(studio.block("leader", "left")).to_be_visible()
     expect(studio.editor("leader").get_by_role("treeitem").first).to_be_visible()
+
+
+def test_back_leads_from_a_mission_to_the_map_and_not_out_of_the_page(open_page):
+    studio = open_page(project=EXAMPLE)
+    page = studio.page
+    for mission in ("forward-and-stop", "a-secret"):
+        open_map(studio)
+        page.locator(f"[data-mission={mission}]").press("Enter")
+        expect(page.get_by_role("dialog")).to_have_count(0)
+        expect(page.get_by_role("list", name=studio.say("missions.goals"))).to_be_visible()
+    # One mission after another is one step.
+    page.go_back()
+    expect(studio.dialog("missions.title")).to_be_visible()
+    expect(page.get_by_role("list", name=studio.say("missions.goals"))).to_have_count(0)
+    page.keyboard.press("Escape")
+    expect(studio.name).to_have_value(SHARED)
+    # Who leaves a mission by its own button has gone back as well.
+    open_map(studio)
+    page.locator("[data-mission=forward-and-stop]").press("Enter")
+    page.get_by_role("button", name=studio.say("missions.leave")).press("Enter")
+    expect(studio.name).to_have_value(SHARED)
+    page.wait_for_function("history.state === null")

@@ -6,6 +6,7 @@ import pytest
 from playwright.sync_api import Locator, expect
 from scripts.studio_process import project_link
 
+from motorcade.mats.document import read_mat
 from support.studio_page import StudioPage
 from support.studio_programs import EXAMPLE, FOLLOWED
 
@@ -182,3 +183,29 @@ def test_another_project_is_framed_however_far_the_stage_was_zoomed(open_page) -
     mat = {"format": "motorcade-mat/1", "name": "Far", "car": [{"at_m": [40, 40], "role": "leader"}]}
     studio.take({**EXAMPLE, "mat": mat})
     expect(studio.mat_button("frame")).to_have_count(0)
+
+
+def test_a_mat_is_saved_as_a_file_and_opened_in_another_project(open_page, tmp_path) -> None:
+    studio = open_page(project=FOLLOWED)
+    studio.look_up("swarm")
+    with studio.page.expect_download() as download:
+        studio.mat_button("save").click()
+    path = tmp_path / download.value.suggested_filename
+    download.value.save_as(path)
+    assert path.name == "Pair.mat.json"
+    assert len(read_mat(path).starts) == 2
+
+    other = open_page(project=EXAMPLE)
+    # The console tells of an answer that refuses.
+    other.forgive("400")
+    other.look_up("swarm")
+    with other.page.expect_file_chooser() as chooser:
+        other.mat_button("open").click()
+    chooser.value.set_files(path)
+    other.wait_until_stored('"name":"Pair"')
+    other.undo()
+    other.wait_until_stored('"name":"Table"')
+    with other.page.expect_file_chooser() as chooser:
+        other.mat_button("open").click()
+    chooser.value.set_files({"name": "broken.toml", "mimeType": "", "buffer": b"format ="})
+    expect(other.notices).to_contain_text("broken.toml")

@@ -22,6 +22,20 @@ PROGRAM = Program([forward(3), left(1)]).as_dict()
 # No block is wider, so that it is whole beside the drawers of a small tablet and of a phone.
 WIDEST_PX = 260
 LEAST_TYPE_PX = 16
+PASTE = """(place, text) => {
+    const clipboardData = new DataTransfer()
+    clipboardData.setData("text/plain", text)
+    place.dispatchEvent(new ClipboardEvent("paste", { clipboardData, bubbles: true, cancelable: true }))
+}"""
+# Each measurement of a text lets the browser lay out all blocks anew.
+COUNT_MEASUREMENTS = """() => {
+    const { getComputedStyle } = window
+    window.measured = 0
+    window.getComputedStyle = (element, ...more) => {
+        if (element instanceof SVGTextElement) window.measured += 1
+        return getComputedStyle(element, ...more)
+    }
+}"""
 SIZES = """() => [...document.querySelectorAll('.blocklyDraggable')]
     .map(block => [block.textContent, block.querySelector(':scope > .blocklyPath').getBBox().width,
         [...block.querySelectorAll('text')].map(text => parseFloat(getComputedStyle(text).fontSize))])"""
@@ -124,3 +138,19 @@ def test_blocks_are_roomy_and_narrow_on_every_level(open_page, language) -> None
         for kind, width, sizes in blocks:
             assert width <= WIDEST_PX, kind
             assert min(sizes) >= LEAST_TYPE_PX, kind
+
+
+def test_a_long_text_is_pasted_without_measuring_each_block(open_page) -> None:
+    studio = open_page(level="python")
+    studio.look_up("python")
+    text = studio.page.get_by_role("textbox", name=studio.say("python.text"))
+    expect(text).to_contain_text("leader=[]")
+    text.focus()
+    studio.page.keyboard.press("ControlOrMeta+a")
+    studio.page.evaluate(COUNT_MEASUREMENTS)
+    steps = ", ".join(["forward(3)", "left(1)"] * 40)
+    text.evaluate(PASTE, f"program = Program([{steps}], Followers([{steps}]))")
+    for editor in ("leader", "followers"):
+        blocks = studio.page.locator(f"#{editor}-blocks .blocklyBlockCanvas .blocklyBlock")
+        expect(blocks).to_have_count(81)
+    assert 0 < studio.page.evaluate("measured") <= 40

@@ -78,8 +78,9 @@ def test_a_copy_of_a_running_classs_folder_continues_it_at_another_port_and_tabl
 
 def test_nobody_else_reads_a_draft(room):
     mia, ben = room.join("Mia"), room.join("Ben")
-    mia.ask("class/draft/write", name="Robot", project={"leader": {"a": 1}})
-    assert ben.ask("class/draft/read") == {"name": "", "project": None, "saved_at": ""}
+    mia.ask("class/draft/write", name="Robot", project={"leader": {"a": 1}}, place="a tab")
+    assert mia.ask("class/draft/read")["place"] == "a tab"
+    assert ben.ask("class/draft/read") == {"name": "", "project": None, "saved_at": "", "place": ""}
     assert room.teacher.ask("teacher/library", pupil=mia.id)["draft_at"]
     assert room.teacher.ask("teacher/project", pupil=mia.id, name="")["leader"] == {"a": 1}
     assert room.teacher.ask("teacher/project", pupil=ben.id, name="") == "no-draft"

@@ -5,10 +5,12 @@ import re
 from contextlib import contextmanager, suppress
 from http.client import HTTPConnection
 from random import Random
+from unittest import mock
 
 import pytest
 from starlette.websockets import WebSocketDisconnect
 
+from motorcade.classroom import running
 from motorcade.classroom.app import REQUESTS, make_class_app
 from motorcade.classroom.folder import ClassFolder
 from motorcade.classroom.network import Network
@@ -52,6 +54,9 @@ PUPILS = [name for name, (_, exchange) in REQUESTS.items() if name.startswith("c
 PUPILS += [name for name, request in studio.REQUESTS.items() if request.message is not Nothing]
 TEACHERS = [name for name, (_, exchange) in REQUESTS.items() if name.startswith("teacher/") and not exchange.is_open]
 TEACHERS += ["teacher/report.html"]
+
+
+MANY = 100_000
 
 
 class Tablet:
@@ -122,8 +127,12 @@ def begun(folder):
     """A class at a socket, in a folder."""
     files = ClassFolder(folder)
     here = Network(["127.0.0.1"], 7710)
-    settings = ClassServerSettings(library=folder, page=folder, first_key=FIRST_KEY, network=here)
-    with files.opened(), served(lambda: make_class_app(settings, files)) as address:
+    settings = ClassServerSettings(
+        library=folder, page=folder, first_key=FIRST_KEY, network=here, requests_a_second=MANY
+    )
+    # Tests ask as fast as the computer can.
+    unlimited = mock.patch.object(running, "_REQUESTS_A_SECOND", MANY)
+    with unlimited, files.opened(), served(lambda: make_class_app(settings, files)) as address:
         yield Room(address, folder)
 
 

@@ -8,7 +8,7 @@ import sys
 from typing import Any
 
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
 from motorcade import Pose
@@ -16,7 +16,6 @@ from motorcade.engine import saving
 from motorcade.engine.backend import NAMES
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
-from motorcade.mats import Mat
 from motorcade.mats.document import document_of, mat_without_cars
 from support.worlds import ROAMING, Case, CrowdedWorld, cases, crowd
 
@@ -30,20 +29,16 @@ def resealed(data: bytes) -> bytes:
     return saving.MAGIC + hashlib.sha256(data[BEHIND_MAGIC:]).digest() + data[BEHIND_MAGIC:]
 
 
-def is_allowed(mat: Mat) -> bool:
-    """Whether each value on the mat is one that a mat may have."""
-    try:
-        mat_without_cars(document_of(mat), "the mat")
-    except MotorcadeError:
-        return False
-    return True
-
-
 @FEW
 @given(cases(tick_ms=20), cases(tick_ms=20), st.data())
 def test_a_saved_world_goes_on_with_equal_bits_with_any_kernels(case: Case, other: Case, data: st.DataObject) -> None:
     """Cars drive and are driven, walls have changed, and the worlds are saved at any tick."""
-    assume(is_allowed(case.mat) and is_allowed(other.mat))
+    for mat in (case.mat, other.mat):
+        try:
+            mat_without_cars(document_of(mat), "any")
+        except MotorcadeError:
+            # No file can hold it, so no world of a user has it.
+            reject()
     world = CrowdedWorld(case.mat, case.images, case.profile, seeds=[case.seed, 7], events=True, kernels="native")
     worlds = dict.fromkeys(NAMES, world)
     for number in range(3):

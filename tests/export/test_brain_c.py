@@ -7,7 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scripts.exports.brain_c import brain_c
 
@@ -123,6 +123,8 @@ SNIPPETS = st.sampled_from(
 ARRIVALS = st.lists(st.tuples(SNIPPETS | images() | st.binary(max_size=40), st.integers(0, 1_500)), max_size=12)
 
 
+# A request behind a check request fills the buffer, so that it moves to the start.
+@example([(CHECK_OF_NEW + car_request("a", 1), 0), (NEW, 0)], 12, 1, 0)
 @given(arrivals=ARRIVALS, most_words=st.integers(12, 16), work_words=st.integers(1, 20), start_ms=STARTS_MS)
 def test_the_receiver_finds_the_same_in_any_bytes(library, arrivals, most_words, work_words, start_ms):
     size = most_words * 4

@@ -361,12 +361,6 @@ class _File(io.RawIOBase):
     def writable(self) -> bool:
         return True
 
-    def read(self, size: int = -1) -> bytes:
-        end = len(self._node.data) if size < 0 else self._at + size
-        data = self._node.data[self._at : end]
-        self._at += len(data)
-        return data
-
     def write(self, data: Any) -> int:
         self._path.disk.begin("write")
         self._path.disk.write(self._node, self._at, bytes(data), self._path)

@@ -151,7 +151,7 @@ class Pins:
         self._fastest_s[driver] = min(most_age_s, fastest_s), self.world.now_s
 
     def _check_delay(self, link: Link, sent_s: float, begin_s: float) -> None:
-        """Without stamps nobody sees that a command is old, so nothing but the network may delay it."""
+        """Without stamps nobody sees that a command is old: only the network may delay it, and the first one belief."""
         late_s = link.delay_s + link.jitter_s + _ALONE_S + _STEPS_S + 2 * self._lateness_s
         if not self.is_disturbed and begin_s > link.late_until_s + late_s:
             self.world.keep("no-old-command", begin_s - sent_s <= late_s, f"{begin_s - sent_s:.3f} s old, no stamp")

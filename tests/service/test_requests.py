@@ -305,3 +305,28 @@ def test_a_file_that_is_no_project_is_told_what_it_is(text: str, code: str) -> N
     with pytest.raises(MotorcadeError) as refused:
         open_file(text)
     assert refused.value.code == code
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        json.dumps(MAT),
+        json.dumps({**Program([forward(3)]).as_dict(), "mat": MAT}),
+        'format = "motorcade-mat/1"\nname = "a table"\ncar = [{at_m = [0, 0], role = "leader"}]\n',
+    ],
+)
+def test_a_mat_is_opened_from_its_own_file_or_a_projects(ask, text) -> None:
+    assert ask("mats/open", {"text": text, "name": "table"}) == MAT
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("size_m = 3", "missing-key"),
+        ('{"format": "motorcade-mat/1"', "file-syntax"),
+        (json.dumps({**MAT, "car": [{"at_m": [0]}]}), "not-allowed"),
+        (json.dumps(Program([forward(3)]).as_dict()), "project-has-no-mat"),
+    ],
+)
+def test_a_file_without_a_mat_is_told_what_is_wrong(refused, text, code) -> None:
+    assert refused("mats/open", {"text": text, "name": "table"})[1] == code

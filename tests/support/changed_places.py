@@ -7,6 +7,7 @@ is imported (`ChangedModule`). Nothing is written to the disk, so children of on
 import ast
 import sys
 from collections.abc import Callable, Iterator
+from functools import partial
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from importlib.util import spec_from_loader
@@ -100,18 +101,18 @@ def _compared(node: ast.Compare) -> Change:
 
 def _replaced(node: ast.AST, field: str, value: ast.expr) -> Iterator[Change]:
     for kind, after in _others(value, isinstance(node, ast.If | ast.While | ast.IfExp) and field == "test"):
-        yield _replacing(kind, value, after, lambda after=after: setattr(node, field, after))
+        yield _replacing(kind, value, after, partial(setattr, node, field, after))
 
 
 def _in_list(node: ast.AST, field: str, values: list[Any], left_out: set[ast.AST]) -> Iterator[Change]:
     for at, value in enumerate(values):
         if isinstance(value, ast.expr) and value not in left_out:
             for kind, after in _others(value, False):
-                yield _replacing(kind, value, after, lambda at=at, after=after: values.__setitem__(at, after))
+                yield _replacing(kind, value, after, partial(values.__setitem__, at, after))
         elif isinstance(value, ast.stmt) and value not in left_out:
             if _is_deed(value):
                 nothing = ast.copy_location(ast.Pass(), value)
-                yield _replacing("order", value, nothing, lambda at=at, n=nothing: values.__setitem__(at, n))
+                yield _replacing("order", value, nothing, partial(values.__setitem__, at, nothing))
             following = values[at + 1] if at + 1 < len(values) else None
             if (
                 following is not None
@@ -119,7 +120,7 @@ def _in_list(node: ast.AST, field: str, values: list[Any], left_out: set[ast.AST
                 and _may_swap(value, following)
             ):
                 what = f"{_brief(value)} <-> {_brief(following)}"
-                yield Change(value.lineno, "order", what, lambda at=at: _swap(values, at))
+                yield Change(value.lineno, "order", what, partial(_swap, values, at))
 
 
 def _replacing(kind: str, before: ast.AST, after: ast.AST, apply: Callable[[], None]) -> Change:

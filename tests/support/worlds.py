@@ -81,7 +81,14 @@ def lines(point: st.SearchStrategy[tuple[float, float]]) -> st.SearchStrategy[Li
 
 def voices(length: st.SearchStrategy[float]) -> st.SearchStrategy[Voice]:
     at_s = st.integers(0, 5000).map(lambda at_ms: at_ms / 1000)
-    return st.builds(Voice, at_s, st.sampled_from(["stop", "go"]), length, length, st.none() | length)
+    return st.builds(
+        Voice,
+        at_s,
+        st.sampled_from(["stop", "go"]),
+        length,
+        length,
+        st.none() | length.map(lambda radius: 0.001 + radius),
+    )
 
 
 def physics() -> st.SearchStrategy[Physics]:

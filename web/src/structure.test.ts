@@ -62,6 +62,17 @@ describe("the imports", () => {
   });
 });
 
+describe("the pages of a class and the remote", () => {
+  const imports = new Map([...files].map(([path, text]) => [path, importsOf(path, text.replace(/import\("/g, ""))]));
+
+  it.each(["classroom/main.tsx", "remote/main.tsx"])("draw nothing with the studio's texts, which they don't load: %s", (main) => {
+    const reached = new Set([main]);
+    for (const path of reached) for (const next of imports.get(path) ?? []) reached.add(next);
+    expect(reached).toContain("i18n/plain.ts");
+    expect(reached).not.toContain("i18n/index.ts");
+  });
+});
+
 describe("the style sheets", () => {
   /** Each import of a CSS module: who imports it under which name. */
   const uses = [...files].flatMap(([path, text]) =>

@@ -2,7 +2,7 @@
 
 declare module "virtual:texts/studio" {
   type Page = (typeof import("../../src/motorcade/locales/en.json"))["page"];
-  export type Texts = Omit<Page, "remote" | "class" | "cars" | "errors">;
+  export type Texts = Omit<Page, "remote" | "class" | "cars" | "network" | "errors">;
   const languages: Record<string, { name: string; texts: Texts }>;
   export default languages;
 }
@@ -22,6 +22,12 @@ declare module "virtual:pyodide" {
 
 declare module "virtual:texts/cars" {
   export type Texts = (typeof import("../../src/motorcade/locales/en.json"))["page"]["cars"];
+  const languages: Record<string, { name: string; texts: Texts }>;
+  export default languages;
+}
+
+declare module "virtual:texts/network" {
+  export type Texts = (typeof import("../../src/motorcade/locales/en.json"))["page"]["network"];
   const languages: Record<string, { name: string; texts: Texts }>;
   export default languages;
 }

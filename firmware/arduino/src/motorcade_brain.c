@@ -210,6 +210,8 @@ static void motorcade_receiver_drop(uint32_t *r, uint16_t count)
 {
     r[MOTORCADE_RECEIVER_LENGTH] = 0;
     r[MOTORCADE_RECEIVER_START] = (uint32_t)(uint16_t)r[MOTORCADE_RECEIVER_START] + count;
+    /* A request checks no words, and the index may not fall below 0 when the buffer's bytes move to its start. */
+    r[MOTORCADE_RECEIVER_CHECKED] = (uint16_t)r[MOTORCADE_RECEIVER_START];
     if ((uint16_t)r[MOTORCADE_RECEIVER_START] == (uint16_t)r[MOTORCADE_RECEIVER_END]) {
         r[MOTORCADE_RECEIVER_START] = 0;
         r[MOTORCADE_RECEIVER_END] = 0;

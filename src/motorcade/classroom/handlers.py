@@ -138,12 +138,12 @@ class Handlers:
     @request("class/draft/read")
     async def read_draft(self, who: str) -> messages.StoredDraft:
         """Return the draft of who asks, also the teacher's. Raises MotorcadeError where it is damaged."""
-        return await to_thread.run_sync(self._folder.read_draft, who) or messages.StoredDraft("", None, "")
+        return await to_thread.run_sync(self._folder.read_draft, who) or messages.StoredDraft("", None, "", "")
 
     @request("class/draft/write")
-    async def write_draft(self, who: str, name: Text40, project: Project) -> None:
+    async def write_draft(self, who: str, name: Text40, project: Project, place: Text40 = "") -> None:
         """Store the draft of who asks."""
-        data = msgspec.json.encode(messages.Draft(name, project))
+        data = msgspec.json.encode(messages.Draft(name, project, place))
         await to_thread.run_sync(self._folder.write_draft, who, data)
 
     @request("class/give", stores=True)

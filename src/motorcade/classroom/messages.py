@@ -96,18 +96,24 @@ class ClassAbout(Struct):
 
 
 class Draft(Struct, forbid_unknown_fields=True):
-    """What a pupil works on, under which name: stored beside the projects, without versions."""
+    """What a pupil works on, under which name: stored beside the projects, without versions.
+
+    Attributes:
+        place: the tab whose work it is; a pupil may have several.
+    """
 
     name: Text40
     project: Project
+    place: Text40 = ""
 
 
 class StoredDraft(Struct):
-    """The draft; ``project`` is None where there is none, ``saved_at`` is ISO 8601 in UTC."""
+    """The draft; ``project`` is None where there is none, ``saved_at`` is ISO 8601 in UTC; ``place`` as in `Draft`."""
 
     name: str
     project: Project | None
     saved_at: str
+    place: str
 
 
 class TeacherAbout(Struct):

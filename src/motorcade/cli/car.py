@@ -126,9 +126,8 @@ def _run(
         else:
             with needs_extra("pins", "pi"):
                 from motorcade.boards.linux.raspberry_pi import open_car
-            from motorcade.config.pins import load_pins
 
-            made = open_car(parts.equipment, load_pins(pins), chosen, gpio_chip)
+            made = open_car(parts.equipment, options.pins_at(pins), chosen, gpio_chip)
         key = "car-takes-uploads" if parts.address else "car-takes-no-uploads"
         sentence = translated(key, role=Phrase(f"role-{role}"), address=parts.address, store=parts.store)
         print_result({"role": role, "port": parts.address, "store": str(parts.store)}, sentence, as_json)
@@ -143,9 +142,8 @@ def _neutral(
 ) -> None:
     with needs_extra("pins", "pi"):
         from motorcade.boards.linux.raspberry_pi import stop_wheels
-    from motorcade.config.pins import load_pins
 
-    wiring = load_pins(pins)
+    wiring = options.pins_at(pins)
     low = stop_wheels(wiring, gpio_chip)
     print_result({"low": low}, translated("wheels-stopped", car=wiring.name, pins=", ".join(map(str, low))), as_json)
 
@@ -157,9 +155,8 @@ def _wiring(
     as_json: options.Json = False,
 ) -> None:
     from motorcade.boards.wiring import wiring_rows, wiring_svg
-    from motorcade.config.pins import load_pins
 
-    wiring = load_pins(pins)
+    wiring = options.pins_at(pins)
     rows = wiring_rows(wiring, current_language())
     cells = [(row.part, row.terminal, row.label) for row in rows]
     shown: str | Rows = Rows(("part", "terminal", "pin"), cells, title=wiring.name)

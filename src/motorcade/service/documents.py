@@ -6,11 +6,13 @@ from typing import Any
 
 import msgspec
 
+from motorcade.config.files import parse
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.mats.document import mat_of
 from motorcade.program.blocks import Workspace, blocks_of, program_of
 from motorcade.program.diagnostics import ProgramError
 from motorcade.program.model import FORMAT, Program, program_from_dict, read_document
-from motorcade.service.messages import Difficulty, Example, Project, sentences
+from motorcade.service.messages import Difficulty, Example, MatDocument, Project, sentences
 
 # Each is the file ``gallery/<id>.motorcade.json``, in the order in which the page lists them; with its difficulty.
 EXAMPLES: dict[str, Difficulty] = {
@@ -78,6 +80,22 @@ def open_file(text: str) -> Project:
     if kind == FORMAT.partition("/")[0]:
         raise MotorcadeError("newer-project", format=file_format, known=FORMAT)
     raise MotorcadeError(_NO_PROJECTS.get(kind, "not-a-project"))
+
+
+def open_mat(text: str, name: str) -> MatDocument:
+    """Return the mat in a file that a user chose: TOML or JSON, its own or a project's; errors call the file ``name``.
+
+    Raises MotorcadeError.
+    """
+    file = Phrase("mat-named", name=name)
+    document: Any = parse(text, "JSON" if text.lstrip().startswith("{") else "TOML", file)
+    if isinstance(document, dict) and document.get("format") == FORMAT:
+        document = document.get("mat")
+        if document is None:
+            raise MotorcadeError("project-has-no-mat")
+    mat_of(document, file)
+    found: MatDocument = document
+    return found
 
 
 def project_of(program: Program) -> Project:

@@ -12,7 +12,7 @@ from motorcade.missions.check import open_worlds_here
 from motorcade.missions.odds import OpenWorlds
 from motorcade.program.diagnostics import ProgramError
 from motorcade.service import library, messages, missions
-from motorcade.service.documents import example, examples, open_file, open_text, opening, project_text
+from motorcade.service.documents import example, examples, open_file, open_mat, open_text, opening, project_text
 from motorcade.service.history import event_table
 from motorcade.service.library import Storage, mission_library
 from motorcade.service.messages import Endpoint, Nothing
@@ -123,6 +123,7 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "remedy": carry_out,
     "open": open_file,
     "save-text": _save_text,
+    "mats/open": open_mat,
     "opening": opening,
     "examples": examples,
     "example": example,

@@ -297,6 +297,8 @@ def _drop(r: list[int], count: uint16) -> None:
     """Remove ``count`` bytes from the start of the buffer."""
     r[LENGTH] = 0
     r[START] = r[START] + count
+    # A request checks no words, and the index may not fall below 0 when the buffer's bytes move to its start.
+    r[CHECKED] = r[START]
     if r[START] == r[END]:
         r[START] = 0
         r[END] = 0

@@ -81,7 +81,7 @@ def test_a_second_page_with_the_session_takes_it_over(client, monkeypatch) -> No
     ("text", "code", "says"),
     [
         ("[" * 100_000, "bad-message", ""),
-        (json.dumps({"do": "move", "car": 99, "x_m": 1, "y_m": 1}), "bad-world", "no car 99"),
+        (json.dumps({"do": "move", "car": 99, "x_m": 1, "y_m": 1}), "bad-world", "car is 99"),
         (json.dumps(SET | {"mat": {}}), "bad-mat", "is missing"),
         (json.dumps(SET | {"mat": MAT | {"crowd": [{"cars": 1998}]}}), "too-many-cars", "2,000"),
         # Refused before a place for any car is searched for.

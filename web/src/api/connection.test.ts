@@ -40,6 +40,32 @@ it("a stream whose server answered again is soon back the next time too", () => 
   expect(opened).toHaveLength(7);
 });
 
+it("a page says when the network lets requests through and no WebSocket, until one opens", async () => {
+  vi.resetModules();
+  const { LastingStream, openSocket, useSockets } = await import("./connection");
+  vi.useFakeTimers();
+  const sockets: EventTarget[] = [];
+  class Socket extends EventTarget {
+    constructor() {
+      super();
+      sockets.push(this);
+    }
+    close(): void {
+      this.dispatchEvent(new Event("close"));
+    }
+  }
+  vi.stubGlobal("WebSocket", Socket);
+  vi.stubGlobal("fetch", () => Promise.resolve(new Response("")));
+  new LastingStream((listeners) => openSocket("/api/world", listeners), { onAnswer: vi.fn() }).reopen();
+  await vi.advanceTimersByTimeAsync(6000);
+  expect(useSockets.getState().blocked).toBe(true);
+  // A socket that nobody answers is given up, and another one is tried.
+  await vi.advanceTimersByTimeAsync(5000);
+  expect(sockets).toHaveLength(2);
+  sockets[1]!.dispatchEvent(new Event("open"));
+  expect(useSockets.getState().blocked).toBe(false);
+});
+
 it("a page whose server is gone asks for it, later each time, until it is back", async () => {
   vi.useFakeTimers();
   const fetched = vi.fn(() => Promise.reject<Response>(new TypeError("no network")));

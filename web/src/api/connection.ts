@@ -1,5 +1,6 @@
 /** Requests to the server of a page, and streams that come back when they are lost. */
 
+import { create } from "zustand";
 import type { ErrorAnswer } from "../generated/messages";
 import { RefusedError, type Stream, type StreamListeners, UnreachableError } from "./service";
 
@@ -15,9 +16,36 @@ export async function post(path: string, message: unknown): Promise<unknown> {
   throw new RefusedError(body?.error?.code ?? plain, body?.error?.sentence ?? { en: plain, zh: plain });
 }
 
+/** `blocked`: the network lets requests of this page through to its server, but no WebSocket. */
+export const useSockets = create<{ blocked: boolean }>(() => ({ blocked: false }));
+
+const BLOCKED_AFTER_MS = 6000;
+/** Some proxies answer nothing at all. */
+const MOST_OPENING_MS = 10_000;
+let hasOpened = false;
+let waiting: ReturnType<typeof setTimeout> | undefined;
+
+/** Find out, once, why no WebSocket of this page has opened. */
+async function lookWhetherBlocked(): Promise<void> {
+  const response = await fetch(location.pathname).catch(() => null);
+  useSockets.setState({ blocked: response?.ok === true && !hasOpened });
+}
+
+function noteOpened(): void {
+  hasOpened = true;
+  clearTimeout(waiting);
+  useSockets.setState({ blocked: false });
+}
+
 /** Open a WebSocket of the page's server. */
 export function openSocket(path: string, listeners: StreamListeners): Stream {
   const socket = new WebSocket(new URL(path, location.origin).href.replace(/^http/, "ws"));
+  waiting ??= setTimeout(() => void lookWhetherBlocked(), BLOCKED_AFTER_MS);
+  const opening = setTimeout(() => socket.close(), MOST_OPENING_MS);
+  socket.addEventListener("open", () => {
+    clearTimeout(opening);
+    noteOpened();
+  });
   const listening = new AbortController();
   const { signal } = listening;
   socket.binaryType = "arraybuffer";
@@ -31,6 +59,7 @@ export function openSocket(path: string, listeners: StreamListeners): Stream {
       return true;
     },
     close: () => {
+      clearTimeout(opening);
       listening.abort();
       socket.close();
     },

@@ -3,6 +3,8 @@
 import type { WorldAnswer, WorldMessage } from "../generated/messages";
 import { columnBytes, type Columns, columnsOf, EVENT_COLUMNS, HEADER, HEADER_BYTES, type KINDS, type LOSS_REASONS } from "../generated/world";
 import { LastingStream } from "./connection";
+import { heldByOthers, own } from "../state/otherTabs";
+import { keep } from "../state/storage";
 import { service, type Stream, type StreamListeners } from "./service";
 
 export { EVENT_COLUMNS, EventColumn, Flag, KINDS, LATELY_S, LOSS_REASONS, MOST_EVENTS, NO_INDEX, NO_LED } from "../generated/world";
@@ -84,8 +86,15 @@ export function sessionOfWindow(): string {
   const stored = sessionStorage.getItem(SESSION_KEY);
   if (stored !== null && /^[0-9a-f]{32}$/.test(stored)) return stored;
   const session = uniqueName();
-  sessionStorage.setItem(SESSION_KEY, session);
+  keep("sessionStorage", SESSION_KEY, session);
   return session;
+}
+
+/** Give this window a world of its own, where that of its session is another tab's, of which this one is a copy. */
+export async function takeOwnWorld(): Promise<void> {
+  const before = sessionStorage.getItem(SESSION_KEY);
+  if (before !== null && (await heldByOthers()).has(before)) sessionStorage.removeItem(SESSION_KEY);
+  own.world = sessionOfWindow();
 }
 
 /** A connection that comes back by itself until it is closed. */

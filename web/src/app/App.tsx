@@ -9,6 +9,7 @@ import { session } from "../mat/session";
 import { useDraft } from "../missions/draft";
 import { MissionStrip } from "../missions/MissionStrip";
 import { useMission } from "../missions/store";
+import { SocketNotice } from "../network/SocketNotice";
 import { startPairs } from "../pair/start";
 import { usePair } from "../pair/store";
 import { attempt } from "../projects/actions";
@@ -181,6 +182,7 @@ export function App() {
         <Header />
         <div className={css.banners}>
           <ServerBanner />
+          <SocketNotice language={i18n.language} />
           {ready && isPair && (
             <Suspense>
               <PairBar />

@@ -88,7 +88,9 @@ export function Notices() {
 export function ServerBanner() {
   const { t } = useTranslation();
   const state = useStudio(({ service }) => service);
-  const text = state === "ready" || state === "starting" ? null : t(`server.${state}`);
+  const lacksWebAssembly = state === "failed" && typeof WebAssembly === "undefined";
+  const problem = lacksWebAssembly ? "noWebAssembly" : state;
+  const text = problem === "ready" || problem === "starting" ? null : t(`server.${problem}`, { host: location.host });
   return (
     <div className={css.serverBanner} role="alert">
       {text && (

@@ -10,6 +10,7 @@ import { registerBlockStops } from "../certainty/stops";
 import { startLanguages } from "../i18n";
 import { toggleChase } from "../mat/store";
 import { request } from "../api/service";
+import { takeOwnWorld } from "../api/world";
 import { openSharedLink, save } from "../projects/actions";
 import { comesToPair } from "../pair/store";
 import { attemptInClass, findPupilsWork, lookAt, looking, startPupil } from "../pupil/store";
@@ -19,7 +20,7 @@ import { watchOtherWindows } from "../projects/windows";
 import { resumeMission, watchMissions } from "../missions/store";
 import { notify, openDialog, useDialogs } from "../state/dialogs";
 import { endEdit, redo, undo } from "../state/history";
-import { replaceForbiddenStorage } from "../state/forbiddenStorage";
+import { own, startOtherTabs } from "../state/otherTabs";
 import { startSettings, useSettings } from "../state/settings";
 import { loadFigures, showAlone, toggleSound, useStudio } from "../state/studio";
 import { compileEveryChange } from "../words/compiling";
@@ -75,10 +76,9 @@ function listenForKeys(): void {
 
 /** Before anything is drawn: settings, languages, and what watches the stores. */
 export function start(): void {
-  const isForbidden = replaceForbiddenStorage();
   startSettings();
   startLanguages();
-  if (isForbidden) notify(i18next.t("project.notStored"), "warning");
+  startOtherTabs();
   startThemes();
   compileEveryChange();
   listenForKeys();
@@ -89,8 +89,6 @@ export function start(): void {
     if (before.service === "restarting") notify(i18next.t("server.restarted"), "success");
   });
 }
-
-let place = "";
 
 /** A copy of a pupil's project, which has no place in this browser; false where this is no such tab. */
 async function openPupilsProject(): Promise<boolean> {
@@ -115,11 +113,11 @@ async function openOpening(): Promise<boolean> {
 }
 
 async function openFirstProject(): Promise<void> {
+  await takeOwnWorld();
   if (await openPupilsProject()) return;
   const isPupil = useStudio.getState().capabilities?.classroom === "pupil";
   // A second window shows the pair's project: what a closed tab left behind waits for another tab.
-  const { key, stored } = isPupil ? await findPupilsWork() : await findWork("", !comesToPair());
-  place = key;
+  const stored = isPupil ? await findPupilsWork() : await findWork("", !comesToPair());
   if (!stored && !isPupil && (await openOpening())) return;
   loadProject(stored ?? BLANK, stored?.parkedFollowers ?? null);
   useStudio.setState({ stored: stored?.stored ?? false, kept: stored?.kept ?? null, attempts: stored?.attempts ?? {} });
@@ -157,7 +155,7 @@ export function openEditors(): void {
   if (useStudio.getState().unsaved) markUnsaved();
   else markSaved();
   watchUnsaved();
-  if (place) storeEveryChange(place);
+  if (own.place) storeEveryChange();
   watchOtherWindows();
   if (useStudio.getState().capabilities?.classroom === "pupil") startPupil();
   void openSharedLink();

@@ -4,6 +4,7 @@ import * as Blockly from "blockly/core";
 import i18next from "i18next";
 import type { EditorName } from "../api/types";
 import { notify } from "../state/dialogs";
+import { own, shareCopied } from "../state/otherTabs";
 import { canStandIn, hatOf } from "./definitions";
 import { editorOf } from "./workspaces";
 
@@ -30,9 +31,13 @@ export function refusal(editor: EditorName, state: BlockState): "clipboard.hat" 
 function paste(focused: Blockly.WorkspaceSvg): boolean {
   const workspace = focused.isFlyout ? focused.targetWorkspace! : focused;
   const editor = editorOf(workspace);
-  const copied = Blockly.clipboard.getLastCopiedData();
-  if (!editor || !copied) return false;
-  const state = (copied as Partial<Blockly.clipboard.BlockCopyData>).blockState;
+  if (!editor) return false;
+  const copied = own.copied as Partial<Blockly.clipboard.BlockCopyData> | null;
+  if (!copied) {
+    notify(i18next.t("clipboard.empty"));
+    return true;
+  }
+  const state = copied.blockState;
   const reason = state ? refusal(editor, state) : null;
   if (reason) {
     notify(i18next.t(reason), "warning");
@@ -42,25 +47,43 @@ function paste(focused: Blockly.WorkspaceSvg): boolean {
   const selected = Blockly.getSelected();
   const beside = selected instanceof Blockly.BlockSvg && selected.workspace === workspace;
   const at = beside ? selected.getRelativeToSurfaceXY() : new Blockly.utils.Coordinate(left + width / 4, top + height / 3);
-  return Blockly.clipboard.paste(copied, workspace, at) !== null;
+  return Blockly.clipboard.paste(copied as Blockly.ICopyData, workspace, at) !== null;
 }
 
-function registerShortcut(): void {
+/** What was copied can be pasted in the browser's other tabs too. */
+function share(): void {
+  const copied = Blockly.clipboard.getLastCopiedData();
+  if (copied) shareCopied(copied);
+}
+
+type Shortcut = Blockly.ShortcutRegistry.KeyboardShortcut;
+
+/** Change what a key of Blockly's does. */
+function alterShortcut(name: string, change: (original: Shortcut) => Partial<Shortcut>): void {
   const registry = Blockly.ShortcutRegistry.registry;
-  const original = registry.getRegistry()[Blockly.ShortcutItems.names.PASTE]!;
-  registry.register(
-    {
-      ...original,
-      // The keys are registered already.
-      keyCodes: [],
-      preconditionFn: (workspace) => !workspace.isReadOnly() && !workspace.isDragging(),
-      callback: (workspace, event) => {
-        event.preventDefault();
-        return paste(workspace);
+  const original = registry.getRegistry()[name]!;
+  // The keys are registered already.
+  registry.register({ ...original, keyCodes: [], ...change(original) }, true);
+}
+
+function registerShortcuts(): void {
+  const { COPY, CUT, PASTE } = Blockly.ShortcutItems.names;
+  for (const name of [COPY, CUT]) {
+    alterShortcut(name, ({ callback }) => ({
+      callback: (...given) => {
+        const done = callback!(...given);
+        share();
+        return done;
       },
+    }));
+  }
+  alterShortcut(PASTE, () => ({
+    preconditionFn: (workspace) => !workspace.isReadOnly() && !workspace.isDragging(),
+    callback: (workspace, event) => {
+      event.preventDefault();
+      return paste(workspace);
     },
-    true,
-  );
+  }));
 }
 
 /** Copy and paste without a keyboard. */
@@ -72,21 +95,24 @@ function registerMenuItems(): void {
     scopeType: Blockly.ContextMenuRegistry.ScopeType.BLOCK,
     displayText: () => i18next.t("clipboard.copy"),
     preconditionFn: ({ block }) => (block?.isCopyable() ? "enabled" : "hidden"),
-    callback: ({ block }) => void Blockly.clipboard.copy(block!),
+    callback: ({ block }) => {
+      Blockly.clipboard.copy(block!);
+      share();
+    },
   });
   menu.register({
     id: "motorcade-paste",
     weight: 0,
     scopeType: Blockly.ContextMenuRegistry.ScopeType.WORKSPACE,
     displayText: () => i18next.t("clipboard.paste"),
-    preconditionFn: () => (Blockly.clipboard.getLastCopiedData() ? "enabled" : "disabled"),
+    preconditionFn: () => "enabled",
     callback: ({ workspace }) => void paste(workspace!),
   });
 }
 
 /** To be called once. */
 export function registerClipboard(): void {
-  registerShortcut();
+  registerShortcuts();
   registerMenuItems();
   Blockly.ContextMenuItems.registerCommentOptions();
 }

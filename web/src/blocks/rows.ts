@@ -6,7 +6,7 @@ import { endEdit, record } from "../state/history";
 import { useStudio } from "../state/studio";
 import { collectEdits, noteEdit } from "../words/compiling";
 import { hatOf } from "./definitions";
-import { emptyState, workspaceOf } from "./workspaces";
+import { drawAtOnce, emptyState, workspaceOf } from "./workspaces";
 
 type State = Blockly.serialization.blocks.State;
 
@@ -33,22 +33,36 @@ function take(left: Set<Blockly.Block>, state: State): Blockly.Block | undefined
   return found;
 }
 
+/** Make a row of blocks at once, since Blockly measures and draws after each call. Returns its first and its last block. */
+function makeRow(states: State[], workspace: Blockly.Workspace): [Blockly.Block, Blockly.Block] {
+  const row = states.reduceRight<State | undefined>((next, state) => ({ ...state, next: next && { block: next } }), undefined)!;
+  const first = Blockly.serialization.blocks.append(row, workspace, { recordUndo: true });
+  return [first, rowFrom(first, (block) => block.getNextBlock()).at(-1)!];
+}
+
 /** Replace the row of blocks below a connection. Blocks that are switched off say nothing and stay. */
-function replaceRow(connection: Blockly.Connection, first: State | undefined): void {
+function replaceRow(connection: Blockly.Connection, row: State | undefined): void {
   const left = new Set(rowFrom(connection.targetBlock(), (block) => block.getNextBlock()).filter((block) => block.isEnabled()));
-  const wanted = rowFrom(first, (state) => state.next?.block).map((state) => ({ state, block: take(left, state) }));
+  const wanted = rowFrom(row, (state) => state.next?.block).map((state) => ({ state, block: take(left, state) }));
   for (const block of left) block.dispose(true);
   let at = connection;
-  for (const { state, block: present } of wanted) {
+  for (let k = 0; k < wanted.length; k++) {
+    const { state, block: present } = wanted[k]!;
     for (let off = at.targetBlock(); off && !off.isEnabled(); off = at.targetBlock()) at = off.nextConnection!;
-    const alone = { ...state, next: undefined };
-    const block = present ?? Blockly.serialization.blocks.append(alone, at.getSourceBlock().workspace, { recordUndo: true });
-    if (at.targetBlock() !== block) {
-      if (present) block.unplug(true);
-      at.connect(block.previousConnection!);
+    if (present) {
+      if (at.targetBlock() !== present) {
+        present.unplug(true);
+        at.connect(present.previousConnection!);
+      }
+      alter(present, state);
+      at = present.nextConnection!;
+      continue;
     }
-    if (present) alter(block, state);
-    at = block.nextConnection!;
+    const missing = [state];
+    while (wanted[k + 1]?.block === undefined && wanted[k + 1]) missing.push(wanted[++k]!.state);
+    const [first, last] = makeRow(missing, at.getSourceBlock().workspace);
+    at.connect(first.previousConnection!);
+    at = last.nextConnection!;
   }
 }
 
@@ -58,8 +72,10 @@ function alterEditor(editor: EditorName, state: WorkspaceState): void {
   const [wanted] = (state as { blocks?: { blocks?: State[] } }).blocks?.blocks ?? [];
   const [hat] = workspace?.getBlocksByType(hatOf(editor)) ?? [];
   if (!hat || !wanted) return;
-  alter(hat, wanted);
-  replaceRow(hat.nextConnection!, wanted.next?.block);
+  drawAtOnce(workspace!, () => {
+    alter(hat, wanted);
+    replaceRow(hat.nextConnection!, wanted.next?.block);
+  });
   noteEdit(editor);
 }
 

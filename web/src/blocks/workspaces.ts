@@ -3,6 +3,7 @@
 import * as Blockly from "blockly/core";
 import i18next from "i18next";
 import { EDITORS, type EditorName, type WorkspaceState } from "../api/types";
+import { notify } from "../state/dialogs";
 import { useSettings, type ThemeName } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { hatOf, toolboxOf } from "./definitions";
@@ -151,6 +152,17 @@ export function disposeWorkspace(editor: EditorName): void {
   live.delete(editor);
 }
 
+/** Make many blocks and draw them: each text is measured once, and the workspace when all blocks are there. */
+export function drawAtOnce(workspace: Blockly.WorkspaceSvg, make: () => void): void {
+  Blockly.utils.dom.startTextWidthCache();
+  workspace.setResizesEnabled(false);
+  make();
+  Blockly.renderManagement.triggerQueuedRenders(workspace);
+  workspace.setResizesEnabled(true);
+  // Blocks above and beside the new ones are drawn again in the next picture.
+  void Blockly.renderManagement.finishQueuedRenders().then(() => Blockly.utils.dom.stopTextWidthCache());
+}
+
 /** Fill the editor; a state without the first block gets one. */
 export function fill(editor: EditorName, state: WorkspaceState): void {
   const workspace = live.get(editor)!;
@@ -158,7 +170,14 @@ export function fill(editor: EditorName, state: WorkspaceState): void {
   Blockly.Events.disable();
   workspace.clear();
   Blockly.Events.enable();
-  Blockly.serialization.workspaces.load(state, workspace);
+  drawAtOnce(workspace, () => {
+    try {
+      Blockly.serialization.workspaces.load(state, workspace);
+    } catch (error) {
+      console.warn("These blocks are damaged:", error);
+      notify(i18next.t("project.damaged"), "error");
+    }
+  });
   if (workspace.getBlocksByType(hatOf(editor)).length === 0) {
     Blockly.serialization.blocks.append({ type: hatOf(editor), id: hatOf(editor), x: 24, y: 24 }, workspace);
   }

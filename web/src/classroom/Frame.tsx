@@ -1,6 +1,7 @@
 /** What all pages of a class share: the frame, the settings, and how a refused request is told. */
 
 import { type ComponentProps, type ReactNode, type SyntheticEvent, useEffect, useId, useState } from "react";
+import { SocketNotice } from "../network/SocketNotice";
 import buttons from "../ui/buttons.module.css";
 import { classes } from "../ui/classes";
 import { SettingsSheet } from "../ui/SettingsSheet";
@@ -33,6 +34,7 @@ export function Frame({ title, tools, narrow = false, children }: FrameProps) {
         <div className={css.tools}>{tools}</div>
         <SettingsSheet texts={texts} className={css.settings} />
       </header>
+      <SocketNotice language={language} />
       <main className={narrow ? css.narrow : css.wide}>{children}</main>
     </div>
   );

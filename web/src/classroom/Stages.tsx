@@ -9,7 +9,7 @@ import { readInks } from "../mat/colours";
 import { boxOf, type Cars, columnsFor, decodeWall, drawWorld, INKS, Tiles } from "./drawing";
 import { endAll, listen, watchSize } from "../ui/areas";
 import css from "./class.module.css";
-import { useSentences, useTexts } from "./texts";
+import { useLanguage, useSentences, useTexts } from "./texts";
 
 interface CanvasProps {
   world: WallWorld;
@@ -48,6 +48,7 @@ export function WorldCanvas({ world, label, tiles, nameOf }: CanvasProps) {
     draw();
     return () => tiles.ready(world.pupil, null);
   }, [draw, tiles, world.pupil]);
+  useEffect(() => useLanguage.subscribe(() => draw()), [draw]);
   return <canvas ref={canvas} className={css.world} role="img" aria-label={label} />;
 }
 

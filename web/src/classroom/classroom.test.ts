@@ -6,6 +6,7 @@ import { bytesOf } from "../api/testStream";
 import { groundOf } from "../mat/floors";
 import { boxOf, columnsFor, decodeWall, drawFloor, drawWorld, Tiles } from "./drawing";
 import { secretOf } from "./secret";
+import { useLanguage } from "./texts";
 
 // The first and the third world of list 5: one car, and none.
 const GOLDEN =
@@ -162,6 +163,7 @@ describe("a stream", () => {
     wake();
     expect(Socket.opened.map(({ closed }) => closed)).toEqual([true, false]);
     expect(links).toEqual([true]);
+    Socket.opened[1]!.dispatchEvent(new Event("open"));
     vi.advanceTimersByTime(20_000);
     expect(Socket.opened).toHaveLength(2);
   });
@@ -204,4 +206,21 @@ it("the projector draws each car by the studio's picture, turned to where it dri
   expect(painted).toHaveLength(2);
   expect(new Set(painted).size).toBe(2);
   expect(turned).toEqual([-0.5, -1]);
+});
+
+it("a zone of a small world has its name in the page's language", () => {
+  const written: string[] = [];
+  const given = { measureText: () => ({ width: 1 }), fillText: (text: string) => written.push(text) };
+  const context = new Proxy(given, {
+    get: (own, key) => Reflect.get(own, key) as unknown ?? (() => undefined),
+    set: () => true,
+  }) as unknown as CanvasRenderingContext2D;
+  const zones = [{ title: { en: "the garage", zh: "车库" }, centre_m: [1, 1], radius_m: 0.5, corners_m: [] }];
+  const world = { pupil: "", mat: {}, leads: [], radius_m: 0.075, cars: 0, zones, goals: [] } as unknown as WallWorld;
+  const inks = { floor: "#fff", thing: "#888", leader: "#d62728", follower: "#1f77b4", beam: "#0f0", text: "#000" };
+  for (const language of ["zh", "en"]) {
+    useLanguage.setState({ language });
+    drawWorld(context, { width: 300, height: 200 }, { world, cars: undefined, box: boxOf(world, undefined, null), inks });
+  }
+  expect(written).toEqual(["车库", "the garage"]);
 });

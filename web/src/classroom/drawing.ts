@@ -3,13 +3,13 @@
 import { type Picture, Flag } from "../api/world";
 import type { WallWorld } from "../generated/classroom";
 import { columnBytes, columnsOf } from "../generated/world";
-import { inLanguage } from "../i18n";
 import { around, type Box, boxAround, boxOfMat, boxOfZone, grown } from "../mat/camera";
 import { beacon, dot, face, follower, LAMPS, leader, shadow, wheel } from "../mat/carPaint";
 import { hexColour, LEDS, pageFont } from "../mat/colours";
 import { floorOf, listOf, type Mat } from "../mat/document";
 import { floorMarks, groundOf } from "../mat/floors";
 import { type Mark, roadMarks } from "../mat/marks";
+import { inLanguage } from "./texts";
 
 /** What a small world shows of its cars: some columns of a picture. */
 export type Cars = Pick<Picture, "tMs" | "x" | "y" | "heading" | "led" | "flags" | "cars">;

@@ -9,8 +9,11 @@ export type Key = keyof Texts;
 export const texts = plainTexts<Texts>(languages);
 export const { useLanguage, startLanguages, useTexts } = texts;
 
+/** A sentence of the server in the page's language, for what React doesn't draw. */
+export const inLanguage = (sentence: Sentence): string => sentence[useLanguage.getState().language] ?? sentence.en;
+
 /** A function that gives a sentence of the server in the page's language. */
 export function useSentences(): (sentence: Sentence) => string {
-  const language = useLanguage((state) => state.language);
-  return (sentence) => sentence[language as keyof Sentence] ?? sentence.en;
+  useLanguage();
+  return inLanguage;
 }

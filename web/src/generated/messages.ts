@@ -549,6 +549,7 @@ export interface Requests {
   "remedy": { message: RemedyOrder; answer: RemedyChanges };
   "open": { message: { text: string }; answer: Project };
   "save-text": { message: Project; answer: Text };
+  "mats/open": { message: { text: string; name: string }; answer: MatDocument };
   "opening": { message: Nothing; answer: Project };
   "examples": { message: Nothing; answer: Example[] };
   "example": { message: { name: string }; answer: Project };

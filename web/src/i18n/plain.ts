@@ -1,6 +1,7 @@
 /** The texts of a small page, for which the studio's library would be too large; and the language that was chosen, which all pages share. */
 
 import { create } from "zustand";
+import { keep } from "../state/storage";
 
 const KEY = "motorcade.language";
 
@@ -14,7 +15,7 @@ export function preferredLanguage(languages: readonly string[]): string {
 }
 
 export function keepLanguage(language: string): void {
-  localStorage.setItem(KEY, language);
+  keep("localStorage", KEY, language);
   document.documentElement.lang = language;
 }
 

@@ -3,7 +3,7 @@ import { useTranslation } from "react-i18next";
 import { endEdit } from "../state/history";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { setRange, startHere } from "./actions";
+import { openMat, saveMat, setRange, startHere } from "./actions";
 import { carsOf, followersAt, MOST_FOLLOWERS, MOST_ONE_BY_ONE, positionOf, ROOM_TO_SPARE, withFollowers } from "./cars";
 import { FLOOR_NAMES, floorOf, lossOf, type Mat, withLoss } from "./document";
 import { session } from "./session";
@@ -51,6 +51,10 @@ export const CarsPanel = memo(function CarsPanel() {
           onPress={startHere}
         />
       )}
+      <div className={fields.row}>
+        {!inMission && <ToolButton icon="file" label={t("mat.open")} wide onPress={() => void openMat()} />}
+        <ToolButton icon="download" label={t("mat.save")} wide onPress={saveMat} />
+      </div>
     </div>
   );
 });

@@ -1,10 +1,14 @@
 /** What pointer, keys and buttons do to cars and furniture. */
 
 import i18next from "i18next";
+import { textOf } from "../api/fileText";
+import { request } from "../api/service";
 import { poseIn } from "../api/world";
+import { attempt } from "../projects/actions";
 import { notify } from "../state/dialogs";
 import { record } from "../state/history";
 import { useStudio } from "../state/studio";
+import { chooseFile, download, fileName } from "../ui/files";
 import { carsOf, MOST_ONE_BY_ONE, oneByOne, type CarPoses } from "./cars";
 import { added, type Car, duplicated, type FurnitureKind, listOf, type Mat, moved, type PieceId, type Point, removed, reshaped, rounded } from "./document";
 import type { Grip } from "./pointer";
@@ -18,6 +22,19 @@ export const NEW_KINDS: readonly NewKind[] = ["leader", "follower", "wall", "dis
 const BESIDE_M = 0.25;
 /** Half of a car of the classroom's profile, until the world says what its own are. */
 const RADIUS_M = 0.075;
+
+/** Put the mat of a file in place of the project's: one of its own, as for `--mat`, or that of another project. */
+export function openMat(): Promise<void> {
+  return attempt(async () => {
+    const file = await chooseFile(".json,.toml,application/json");
+    if (file) editMat(await request("mats/open", { text: await textOf(file), name: file.name }));
+  });
+}
+
+export function saveMat(): void {
+  const { mat } = useStudio.getState();
+  download(fileName(mat.name, ".mat.json"), `${JSON.stringify(mat, null, 1)}\n`, "application/json");
+}
 
 /** The document with each car written on its own, so that one of them can change; null where there are too many. */
 function separate(): Mat | null {

@@ -13,6 +13,7 @@ import {
   type WorldState,
 } from "../api/world";
 import type { Playing } from "../pair/store";
+import { keep } from "../state/storage";
 import { useStudio } from "../state/studio";
 import { endAll, isCalm } from "../ui/areas";
 import { EventStore } from "../timeline/events";
@@ -81,10 +82,10 @@ export class Session {
   /** Connect, and send each change of the program and the mat. */
   open(): void {
     // Where the world ends with its page, a reloaded page begins the same run again.
-    useMat.setState({ seed: Number(sessionStorage.getItem(SEED_KEY)) });
+    useMat.setState({ seed: Number(sessionStorage.getItem(SEED_KEY)) || 0 });
     this.unsubscribe = endAll(
       useMat.subscribe(({ seed, chosen }, before) => {
-        if (seed !== before.seed) sessionStorage.setItem(SEED_KEY, String(seed));
+        if (seed !== before.seed) keep("sessionStorage", SEED_KEY, String(seed));
         if (chosen !== before.chosen) this.watch();
       }),
       useStudio.subscribe((now, before) => {
@@ -207,7 +208,7 @@ export class Session {
     useMat.setState({ problem: null, goals: null });
     this.pass({ do: "set", image: compiled?.image ?? null, mat, profile, seed, range_mm: rangeMm, mission });
     this.sent = { beginning: this.beginningWith(mat), mat, rangeMm };
-    sessionStorage.setItem(BEGINNING_KEY, this.sent.beginning!);
+    keep("sessionStorage", BEGINNING_KEY, this.sent.beginning!);
     this.movedStarts = false;
     this.starts = null;
     this.playRequested ||= playing;

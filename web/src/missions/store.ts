@@ -9,7 +9,7 @@ import { session } from "../mat/session";
 import { choose, useMat } from "../mat/store";
 import { attempt } from "../projects/actions";
 import { comeBack, markUnsaved, openProject, putAside } from "../projects/project";
-import { confirm, notify } from "../state/dialogs";
+import { confirm, notify, openDialog } from "../state/dialogs";
 import { type Level, useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 
@@ -112,8 +112,26 @@ async function checkRun(mission: Mission): Promise<void> {
   });
 }
 
+const hasEntry = () => (history.state as { mission?: boolean } | null)?.mission === true;
+
+/** A mission has an entry of its own in the tab's history: 'Back' leads from it to the map. */
+function followHistory(): void {
+  const isPlayed = useMission.getState().mission !== null;
+  if (isPlayed && !hasEntry()) history.pushState({ mission: true }, "");
+  if (!isPlayed && hasEntry()) history.back();
+}
+
+function goBack(): void {
+  if (useMission.getState().mission === null || hasEntry()) return;
+  comeBack();
+  openDialog("missions");
+}
+
 /** Follow the project and the world from now on. To be called once. */
 export function watchMissions(): void {
+  // One mission follows another in the same turn.
+  useMission.subscribe(({ mission }, before) => mission !== before.mission && setTimeout(followHistory));
+  window.addEventListener("popstate", goBack);
   useStudio.subscribe((now, before) => {
     const { mission } = useMission.getState();
     if (!mission) return;

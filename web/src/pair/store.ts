@@ -3,6 +3,7 @@
 import { create } from "zustand";
 import type { EditorName, Project } from "../api/types";
 import type { Conducted, PairProject, PairView } from "../generated/classroom";
+import { keep } from "../state/storage";
 
 /** How the worlds of both pages are played. */
 export type Playing = Omit<Conducted, "number" | "by">;
@@ -40,7 +41,7 @@ export const comesToPair = () => location.hash.startsWith(MARK);
 
 export function rememberPair(id: string | null): void {
   if (id === null) sessionStorage.removeItem(TAB_KEY);
-  else sessionStorage.setItem(TAB_KEY, id);
+  else keep("sessionStorage", TAB_KEY, id);
 }
 
 export const addressOf = (id: string) => location.pathname + MARK + id;

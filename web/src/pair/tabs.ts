@@ -8,9 +8,10 @@ import { RefusedError, UnreachableError } from "../api/service";
 import { type EditorName, EDITORS } from "../api/types";
 import { uniqueName } from "../api/world";
 import type { Conducted, PairProject, PairView } from "../generated/classroom";
-import { holdLock, patience } from "../projects/autosave";
 import { openProject } from "../projects/project";
 import { notify } from "../state/dialogs";
+import { openChannel } from "../state/otherTabs";
+import { keep } from "../state/storage";
 import { useStudio } from "../state/studio";
 import { receive, write } from "./follow";
 import { addressOf, rememberPair, type SharedWindows } from "./store";
@@ -30,11 +31,39 @@ type Told =
   | { is: "stored"; window: EditorName; version: number }
   | { is: "conduct"; conducted: Conducted };
 
-export const canShare = () => typeof BroadcastChannel !== "undefined" && "locks" in navigator;
+/** By plain HTTP from another computer there are no locks. */
+export const canShare = () => "locks" in navigator;
+
+/** Hold a lock until what it resolves to is called; null where another tab has it. `onEnd`: it was given back, or taken. */
+function holdLock(name: string, options: LockOptions, onEnd: () => void = () => undefined): Promise<(() => void) | null> {
+  return new Promise((resolve) => {
+    const held = navigator.locks.request(name, options, (lock) => {
+      if (lock) return new Promise<void>((release) => resolve(release));
+      resolve(null);
+      return undefined;
+    });
+    held.then(onEnd, () => {
+      resolve(null);
+      onEnd();
+    });
+  });
+}
+
+/** To wait so long for a lock; 0: not at all. */
+const patience = (ms: number): LockOptions => (ms ? { signal: AbortSignal.timeout(ms) } : { ifAvailable: true });
+
+/** What lies under a key; null where that is nothing, or damaged. */
+function storedAt(key: string): unknown {
+  try {
+    return JSON.parse(localStorage.getItem(KEY + key) ?? "null");
+  } catch {
+    return null;
+  }
+}
 
 class Tabs implements SharedWindows {
   private readonly me = uniqueName();
-  private readonly channel: BroadcastChannel;
+  private readonly channel: BroadcastChannel | null;
   /** What gives each own window back. */
   private readonly owned = new Map<EditorName, () => void>();
   private readonly others = new Map<string, { owns: EditorName[]; asks: boolean; heardAt: number }>();
@@ -48,8 +77,7 @@ class Tabs implements SharedWindows {
     private readonly id: string,
     private readonly name: string,
   ) {
-    this.channel = new BroadcastChannel(KEY + id);
-    this.channel.addEventListener("message", ({ data }: MessageEvent<Told & { from: string }>) => void this.hear(data));
+    this.channel = openChannel(KEY + id, (told: Told & { from: string }) => void this.hear(told));
     window.addEventListener("pagehide", () => this.say({ is: "gone" }), { signal: this.closed.signal });
     this.timer = setInterval(() => document.hidden || this.tellOthers(true), ASK_MS);
     void this.lock(`tab.${this.me}`, {});
@@ -86,7 +114,7 @@ class Tabs implements SharedWindows {
   }
 
   private stored(each: EditorName): PairProject | null {
-    return JSON.parse(localStorage.getItem(`${KEY}${this.id}.${each}`) ?? "null") as PairProject | null;
+    return storedAt(`${this.id}.${each}`) as PairProject | null;
   }
 
   private view(): PairView {
@@ -108,12 +136,12 @@ class Tabs implements SharedWindows {
 
   private publish(): void {
     if (this.closed.signal.aborted) return;
-    sessionStorage.setItem(WINDOWS_KEY, this.owns.join());
+    keep("sessionStorage", WINDOWS_KEY, this.owns.join());
     receive(this.view(), this.me, this);
   }
 
   private say(told: Told): void {
-    if (!this.closed.signal.aborted) this.channel.postMessage({ from: this.me, ...told });
+    if (!this.closed.signal.aborted) this.channel?.postMessage({ from: this.me, ...told });
   }
 
   private tellOthers(wantsAnswer = false): void {
@@ -173,9 +201,7 @@ class Tabs implements SharedWindows {
     const refused = (code: string) => Promise.reject(new RefusedError(code, { en: code, zh: code }));
     if (!this.owned.has(each)) return refused("window-of-another");
     if ((this.stored(each)?.version ?? 0) !== base) return refused("saved-elsewhere");
-    try {
-      localStorage.setItem(`${KEY}${this.id}.${each}`, JSON.stringify({ project, version: base + 1 } satisfies PairProject));
-    } catch {
+    if (!keep("localStorage", `${KEY}${this.id}.${each}`, JSON.stringify({ project, version: base + 1 } satisfies PairProject))) {
       notify(i18next.t("pair.noStorage"), "warning");
       return Promise.reject(new UnreachableError());
     }
@@ -213,7 +239,7 @@ class Tabs implements SharedWindows {
     this.say({ is: "gone" });
     this.closed.abort();
     clearInterval(this.timer);
-    this.channel.close();
+    this.channel?.close();
     rememberPair(null);
     if (this.others.size === 0) for (const each of ["", ...EDITORS]) localStorage.removeItem(`${KEY}${this.id}${each && `.${each}`}`);
     return Promise.resolve("");
@@ -231,21 +257,18 @@ export async function openSecondWindow(): Promise<boolean> {
   const id = uniqueName();
   const project = openProject();
   const name = useStudio.getState().name.trim() || i18next.t("pair.nameless");
-  try {
-    for (const each of EDITORS) localStorage.setItem(`${KEY}${id}.${each}`, JSON.stringify({ project, version: 1 } satisfies PairProject));
-    localStorage.setItem(KEY + id, JSON.stringify(name));
-  } catch {
-    return false;
-  }
+  const window = JSON.stringify({ project, version: 1 } satisfies PairProject);
+  const stored = [[`${id}.leader`, window], [`${id}.followers`, window], [id, JSON.stringify(name)]] as const;
+  if (!stored.every(([key, text]) => keep("localStorage", KEY + key, text))) return false;
   await new Tabs(id, name).begin(["leader"]);
   // A tab with an opener would begin with this one's session storage.
-  window.open(addressOf(id), "_blank", "noopener");
+  open(addressOf(id), "_blank", "noopener");
   return true;
 }
 
 /** Come into the pair of another tab, or back into it after a reload: take the windows of before, the followers', or else the one that is free. */
 export async function comeIn(id: string, isNew: boolean): Promise<void> {
-  const name = JSON.parse(localStorage.getItem(KEY + id) ?? "null") as string | null;
+  const name = storedAt(id) as string | null;
   if (name === null || !canShare()) {
     rememberPair(null);
     if (name === null) notify(i18next.t("share.damaged"), "error");

@@ -1,68 +1,28 @@
 /**
  * Keep the work in this browser's own storage, so that it survives a crash of the browser or the server.
  *
- * Each tab has a place of its own there, which it holds by a lock. What a closed or crashed tab left behind is taken
- * over by the next tab that is opened.
+ * Each tab has a place of its own there. A new page takes the place of before a reload, or what a closed or crashed tab
+ * left behind, unless a tab that is open holds it. Nothing tells for certain that no tab does: one may sleep. So whoever
+ * takes a place marks it, and a page that finds another's mark at its place goes on at a new one, with all of its work.
  */
 
 import i18next from "i18next";
 import { uniqueName } from "../api/world";
 import type { OpenedProject, WorkspaceState } from "../api/types";
 import { notify } from "../state/dialogs";
+import { heldByOthers, own, PLACE_KEY } from "../state/otherTabs";
+import { keep } from "../state/storage";
 import { type Studio, useStudio } from "../state/studio";
 import { sameProject } from "./project";
 
 const PREFIX = "motorcade.autosave.";
 /** Pupils who use one device one after the other don't find each other's work there. */
 const prefixOf = (owner: string) => (owner ? `motorcade.class.${owner}.` : PREFIX);
-/** The key of this tab's place, in storage that survives a reload and is copied with the tab. */
-const OWN = "motorcade.place";
-/** A reloaded page releases its lock only a moment after the new page has started. */
-const PATIENCE_MS = 700;
+/** This page's mark. */
+const PAGE = uniqueName();
 
-/** Hold a lock until what it resolves to is called; null where another tab has it. `onEnd`: it was given back, or taken. */
-export function holdLock(name: string, options: LockOptions, onEnd: () => void = () => undefined): Promise<(() => void) | null> {
-  return new Promise((resolve) => {
-    const held = navigator.locks.request(name, options, (lock) => {
-      if (lock) return new Promise<void>((release) => resolve(release));
-      resolve(null);
-      return undefined;
-    });
-    held.then(onEnd, () => {
-      resolve(null);
-      onEnd();
-    });
-  });
-}
-
-/** To wait so long for a lock; 0: not at all. */
-export const patience = (ms: number): LockOptions => (ms ? { signal: AbortSignal.timeout(ms) } : { ifAvailable: true });
-
-/** Take a place until the tab is closed; false where another tab has it. Browsers without locks always succeed. */
-const hold = async (key: string, patienceMs = 0) => !("locks" in navigator) || (await holdLock(key, patience(patienceMs))) !== null;
-
-/** The place of the newest work that no tab holds. */
-async function freePlace(prefix: string): Promise<string | null> {
-  const keys = Object.keys(localStorage).filter((key) => key.startsWith(prefix));
-  const stored = keys.map((key) => ({ key, at: parseWork(localStorage.getItem(key))?.at ?? 0 }));
-  for (const { key } of stored.sort((a, b) => b.at - a.at)) if (await hold(key)) return key;
-  return null;
-}
-
-/**
- * This tab's place: its earlier one, else one whose tab is closed (`takesOver`), else a new one. `from` is the place of the
- * work to show first: this tab's own, that of the tab it is a copy of, or null.
- */
-async function takePlace(prefix: string, takesOver: boolean): Promise<{ key: string; from: string | null }> {
-  const before = sessionStorage.getItem(OWN);
-  const own = before?.startsWith(prefix) ? before : null;
-  if (own !== null && (await hold(own, PATIENCE_MS))) return { key: own, from: own };
-  const free = own === null && takesOver ? await freePlace(prefix) : null;
-  const key = free ?? prefix + uniqueName();
-  if (free === null) await hold(key);
-  sessionStorage.setItem(OWN, key);
-  return { key, from: free ?? own };
-}
+/** The text that this page left at its place; null for none. */
+let left: string | null = null;
 
 export interface StoredWork extends OpenedProject {
   parkedFollowers: WorkspaceState | null;
@@ -72,8 +32,9 @@ export interface StoredWork extends OpenedProject {
   /** As in `Studio`; work of before missions kept anything does not say. */
   kept?: Studio["kept"];
   attempts?: Studio["attempts"];
-  /** When it was stored, in milliseconds. */
+  /** When it was stored, in milliseconds, and the mark of the page that did. */
   at: number;
+  page?: string;
 }
 
 const COLLECT_MS = 400;
@@ -100,38 +61,78 @@ export function parseWork(text: string | null): StoredWork | null {
     isObject(stored) &&
     isObject(stored.leader) &&
     (stored.followers === null || isObject(stored.followers)) &&
+    [stored.mat ?? {}, stored.attempts ?? {}, stored.kept ?? {}, stored.parkedFollowers ?? {}].every(isObject) &&
+    typeof (stored.name ?? "") === "string" &&
     typeof stored.profile === "string" &&
     typeof stored.at === "number";
   return whole ? (stored as StoredWork) : null;
 }
 
-/**
- * This tab's place, and what is to be shown first; null where nothing was stored. `owner`: a pupil of a class. `takesOver`:
- * without work of its own, the tab shows what a closed one left behind.
- */
-export async function findWork(owner = "", takesOver = true): Promise<{ key: string; stored: StoredWork | null }> {
-  const { key, from } = await takePlace(prefixOf(owner), takesOver);
-  return { key, stored: from === null ? null : parseWork(localStorage.getItem(from)) };
+const workAt = (key: string) => parseWork(localStorage.getItem(key));
+
+/** Hold a place from now on, with what lies there. */
+function take(key: string): void {
+  keep("sessionStorage", PLACE_KEY, key);
+  own.place = key;
+  left = localStorage.getItem(key);
+  const work = parseWork(left);
+  const marked = JSON.stringify({ ...work, page: PAGE });
+  if (work && keep("localStorage", key, marked)) left = marked;
 }
 
-/** Store every change at `key` shortly after it, and at once when the page is left. */
-export function storeEveryChange(key: string): void {
+/** Go on at a new place, where nothing lies. */
+export const takeNewPlace = (prefix = own.place.slice(0, own.place.lastIndexOf(".") + 1)) => take(prefix + uniqueName());
+
+/**
+ * Take a place for this tab, and return the work to show first; null where nothing was stored. `owner`: a pupil of a
+ * class. `takesOver`: without work of its own, the tab shows what a closed one left behind.
+ */
+export async function findWork(owner = "", takesOver = true): Promise<StoredWork | null> {
+  const prefix = prefixOf(owner);
+  const before = sessionStorage.getItem(PLACE_KEY);
+  const places = Object.keys(localStorage).filter((key) => key.startsWith(prefix));
+  let from = before?.startsWith(prefix) ? before : null;
+  const others = from !== null || places.length > 0 ? await heldByOthers() : new Set<string>();
+  if (from === null && takesOver) {
+    const newestFirst = places.sort((one, other) => (workAt(other)?.at ?? 0) - (workAt(one)?.at ?? 0));
+    from = newestFirst.find((key) => !others.has(key)) ?? null;
+  }
+  const work = from === null ? null : workAt(from);
+  // A copy of a tab that is open begins with the same work at a place of its own.
+  if (from === null || others.has(from)) takeNewPlace(prefix);
+  else take(from);
+  return work;
+}
+
+/** Store every change shortly after it, and at once when the page is left; ask who leaves what can't be stored. */
+export function storeEveryChange(): void {
   let collecting: ReturnType<typeof setTimeout> | undefined;
-  let told = false;
+  let isStored = true;
   const store = () => {
     clearTimeout(collecting);
     collecting = undefined;
-    try {
-      localStorage.setItem(key, JSON.stringify(workOf(useStudio.getState(), Date.now())));
-      told = false;
-    } catch {
-      // The browser's storage is full or forbidden: files, library and links still work.
-      if (!told) notify(i18next.t("project.notStored"), "warning");
-      told = true;
-    }
+    if (localStorage.getItem(own.place) !== left) takeNewPlace();
+    const text = JSON.stringify({ ...workOf(useStudio.getState(), Date.now()), page: PAGE });
+    const before = isStored;
+    isStored = keep("localStorage", own.place, text);
+    // Storage in memory takes it all the same.
+    left = localStorage.getItem(own.place);
+    // Files, library and links still work.
+    if (before && !isStored) notify(i18next.t("project.notStored"), "warning");
   };
   useStudio.subscribe((now, before) => {
     if (!sameProject(now, before) || now.unsaved !== before.unsaved || now.mission !== before.mission) collecting ??= setTimeout(store, COLLECT_MS);
   });
   window.addEventListener("pagehide", () => collecting && store());
+  window.addEventListener("storage", ({ key }) => key === own.place && store());
+  window.addEventListener("beforeunload", (event) => {
+    if (collecting) store();
+    if (!isStored) askUnlessSaved(event);
+  });
+}
+
+/** Let the browser ask whether to leave, where work would be lost. */
+export function askUnlessSaved(event: BeforeUnloadEvent): void {
+  const { kept, unsaved } = useStudio.getState();
+  if (unsaved || kept?.unsaved) event.preventDefault();
 }

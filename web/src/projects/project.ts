@@ -167,9 +167,15 @@ export async function saveNamed(): Promise<boolean> {
   markSaved();
   useStudio.setState({ stored: true, base: { name, version } });
   if (stays) notify(i18next.t("library.saved", { name, version }), "success");
-  else notify(i18next.t("library.savedForNow", { name, version }), "warning");
+  else {
+    notify(i18next.t("library.savedForNow", { name, version }), "warning");
+    window.addEventListener("beforeunload", askToStay);
+  }
   return true;
 }
+
+/** Let the browser ask whether to leave the page, since saved projects go with it. */
+const askToStay = (event: BeforeUnloadEvent) => event.preventDefault();
 
 /** Save the next version; ask first where it isn't made from the newest one. Null where the user doesn't agree. */
 async function saveVersion(name: string, project: Project): Promise<SavedVersion | null> {

@@ -2,6 +2,7 @@
 
 import i18next from "i18next";
 import { notify } from "../state/dialogs";
+import { openChannel } from "../state/otherTabs";
 import { useStudio } from "../state/studio";
 
 const CHANNEL = "motorcade.windows";
@@ -15,20 +16,18 @@ interface WindowNews {
 
 /** Tell other windows what this one opens and saves, and tell the user what they do with the same project. */
 export function watchOtherWindows(): void {
-  // Without it the library still refuses to save over another window's version.
-  if (typeof BroadcastChannel === "undefined") return;
-  const channel = new BroadcastChannel(CHANNEL);
+  // Without a channel the library still refuses to save over another window's version.
+  const channel = openChannel(CHANNEL, (news: WindowNews) => {
+    const { base } = useStudio.getState();
+    if (base?.name !== news.name) return;
+    if (news.is === "open") tell("too");
+    if (news.is !== "saved") notify(i18next.t("library.openElsewhere", { name: news.name }), "warning");
+    else if (news.version > base.version) notify(i18next.t("library.savedElsewhere", { ...news }), "warning");
+  });
   const tell = (is: WindowNews["is"]) => {
     const { base } = useStudio.getState();
-    if (base) channel.postMessage({ is, ...base } satisfies WindowNews);
+    if (base) channel?.postMessage({ is, ...base } satisfies WindowNews);
   };
-  channel.addEventListener("message", ({ data }: MessageEvent<WindowNews>) => {
-    const { base } = useStudio.getState();
-    if (base?.name !== data.name) return;
-    if (data.is === "open") tell("too");
-    if (data.is !== "saved") notify(i18next.t("library.openElsewhere", { name: data.name }), "warning");
-    else if (data.version > base.version) notify(i18next.t("library.savedElsewhere", { ...data }), "warning");
-  });
   useStudio.subscribe((now, before) => {
     if (now.base === before.base || !now.base) return;
     tell(now.base.name === before.base?.name && now.generation === before.generation ? "saved" : "open");

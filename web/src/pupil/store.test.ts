@@ -1,5 +1,6 @@
-import { describe, expect, it } from "vitest";
-import { lookingIn } from "./store";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { own } from "../state/otherTabs";
+import { findPupilsWork, lookingIn } from "./store";
 
 describe("the address of a pupil's project", () => {
   it.each([
@@ -11,4 +12,43 @@ describe("the address of a pupil's project", () => {
     ["?project=Robot", null],
     ["?pupil=&project=Robot", null],
   ])("%s", (search, expected) => expect(lookingIn(search)).toEqual(expected));
+});
+
+describe("a pupil's newest work", () => {
+  const project = { leader: {}, followers: null, profile: "classroom" };
+  const here = "motorcade.class.01.here";
+  const store = (place: string, name: string, at: number) => localStorage.setItem(place, JSON.stringify({ ...project, name, at }));
+  let draft = {};
+
+  beforeEach(() => {
+    localStorage.clear();
+    sessionStorage.clear();
+    sessionStorage.setItem("motorcade.place", here);
+    store(here, "mine", 1000);
+    const answer = (path: string) => (path.endsWith("about") ? { me: { id: "01" } } : draft);
+    vi.stubGlobal("fetch", (path: string) => Promise.resolve(Response.json(answer(path))));
+  });
+  afterEach(() => void vi.unstubAllGlobals());
+
+  const found = async (place: string, seconds: number) => {
+    draft = { name: "draft", project, saved_at: new Date(seconds * 1000).toISOString(), place };
+    return (await findPupilsWork())?.name;
+  };
+
+  it("is the draft of this tab where that is newer", async () => {
+    expect(await found(here, 2)).toBe("draft");
+    expect(own.place).toBe(here);
+    expect(await found(here, 0.5)).toBe("mine");
+  });
+
+  it("is not the draft of another tab of this browser", async () => {
+    store("motorcade.class.01.other", "theirs", 500);
+    expect(await found("motorcade.class.01.other", 2)).toBe("mine");
+  });
+
+  it("is the newer draft of another device, and what lies here stays for another tab", async () => {
+    expect(await found("motorcade.class.01.elsewhere", 2)).toBe("draft");
+    expect(own.place).not.toBe(here);
+    expect(localStorage.getItem(here)).toContain("mine");
+  });
 });

@@ -13,9 +13,10 @@ import { choiceOf, playMission } from "../missions/store";
 import { receivePair } from "../pair/start";
 import type { SharedWindows } from "../pair/store";
 import { attempt, openSaved } from "../projects/actions";
-import { findWork, type StoredWork } from "../projects/autosave";
+import { askUnlessSaved, findWork, type StoredWork, takeNewPlace } from "../projects/autosave";
 import { openProject, sameProject } from "../projects/project";
 import { notify } from "../state/dialogs";
+import { own } from "../state/otherTabs";
 import { useStudio } from "../state/studio";
 
 interface Pupil {
@@ -40,14 +41,20 @@ const CLASSROOM: SharedWindows = {
 const DRAFT_AFTER_MS = 2000;
 const DRAFT_AGAIN_MS = 5000;
 
-/** The pupil's newest work: of this device, or the draft that the server keeps, which another device may have written. */
-export async function findPupilsWork(): Promise<{ key: string; stored: StoredWork | null }> {
+/**
+ * The pupil's newest work: of this tab, or the draft that the server keeps. The draft of another tab of this device takes
+ * nothing from this one; that of another device gets a place of its own, so that what lies at this tab's place stays.
+ */
+export async function findPupilsWork(): Promise<StoredWork | null> {
   const { me } = await askClass("about").catch(() => ({ me: null }));
-  const { key, stored } = await findWork(me?.id);
+  const stored = await findWork(me?.id);
   const draft = await askClass("draft/read").catch(() => null);
-  if (!draft?.project || (stored && stored.at >= Date.parse(draft.saved_at))) return { key, stored };
-  const work = { ...draft.project, name: draft.name, parkedFollowers: null, unsaved: true, at: Date.parse(draft.saved_at) };
-  return { key, stored: work };
+  if (!draft?.project || (stored && stored.at >= Date.parse(draft.saved_at))) return stored;
+  if (stored && draft.place !== own.place) {
+    if (localStorage.getItem(draft.place) !== null) return stored;
+    takeNewPlace();
+  }
+  return { ...draft.project, name: draft.name, parkedFollowers: null, unsaved: true, at: Date.parse(draft.saved_at) };
 }
 
 /** Run a task; show a refusal of the class's server as a notice, also where it doesn't answer. */
@@ -62,7 +69,7 @@ function keepDraft(): void {
     timer = undefined;
     // Who is no longer in the class would be led away from the page that says why.
     if (usePupil.getState().goodbye) return;
-    void askClass("draft/write", { name: useStudio.getState().name, project: openProject() }).catch((problem: unknown) => {
+    void askClass("draft/write", { name: useStudio.getState().name, project: openProject(), place: own.place }).catch((problem: unknown) => {
       // One that was refused is written with the next edit; one that did not arrive, again.
       if (problem instanceof UnreachableError) timer ??= setTimeout(write, DRAFT_AGAIN_MS);
     });
@@ -128,7 +135,7 @@ export const looking = () => (useStudio.getState().capabilities?.classroom === "
 /** A copy of a pupil's project. Throws RefusedError or UnreachableError. It is not in the teacher's library, so it has no version there. */
 export async function lookAt({ pupil, project }: Looking): Promise<StoredWork> {
   const found: OpenedProject = await askTeacher("project", { pupil, name: project });
-  // This browser keeps nothing of it; who leaves with changes is asked.
-  window.addEventListener("beforeunload", (event) => useStudio.getState().unsaved && event.preventDefault());
+  // This browser keeps nothing of it.
+  window.addEventListener("beforeunload", askUnlessSaved);
   return { ...found, name: found.name ?? "", version: undefined, parkedFollowers: null, unsaved: false, stored: true, at: Date.now() };
 }

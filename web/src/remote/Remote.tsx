@@ -1,4 +1,5 @@
 import { useEffect, useState, useSyncExternalStore } from "react";
+import { SocketNotice } from "../network/SocketNotice";
 import { useSettings } from "../state/settings";
 import { listen } from "../ui/areas";
 import buttons from "../ui/buttons.module.css";
@@ -138,6 +139,7 @@ export function Remote() {
   return (
     <div className={css.remote}>
       <Bar />
+      <SocketNotice language={language} />
       <main>
         <div className={css.seeing}>
           <CarList shown={shown} onChoose={choose} />

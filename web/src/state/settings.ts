@@ -1,6 +1,7 @@
 /** What the user has chosen in this browser, from visit to visit. */
 
 import { create } from "zustand";
+import { keep, replaceForbiddenStorage } from "./storage";
 
 export type ThemeName = "light" | "dark" | "contrast";
 export const THEMES: readonly ThemeName[] = ["light", "dark", "contrast"];
@@ -9,7 +10,8 @@ export const THEMES: readonly ThemeName[] = ["light", "dark", "contrast"];
 export type Level = "start" | "words" | "python";
 export const LEVELS: readonly Level[] = ["start", "words", "python"];
 
-export type DrawerTab = "swarm" | "things" | "timeline" | "words" | "python" | "sure";
+const DRAWER_TABS = ["swarm", "things", "timeline", "words", "python", "sure"] as const;
+export type DrawerTab = (typeof DRAWER_TABS)[number];
 
 interface Settings {
   theme: ThemeName;
@@ -63,16 +65,43 @@ function preferredTheme(): ThemeName {
   return matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
 }
 
+type Check = (value: unknown) => boolean;
+const isOneOf = (...allowed: readonly unknown[]): Check => (value) => allowed.includes(value);
+const isSwitch = isOneOf(true, false);
+const isTextOrNull: Check = (value) => value === null || typeof value === "string";
+const isObject = (value: unknown): value is Record<string, unknown> => typeof value === "object" && value !== null;
+const isShare = (value: unknown) => typeof value === "number" && value > 0 && value < 1;
+
+const CHECKS: Record<keyof Settings, Check> = {
+  theme: isOneOf(...THEMES),
+  level: isOneOf(...LEVELS),
+  levelBefore: isOneOf(...LEVELS, null),
+  drawer: (value) => isObject(value) && isOneOf(...DRAWER_TABS)(value.tab) && isSwitch(value.open),
+  toured: isSwitch,
+  port: isTextOrNull,
+  caption: isSwitch,
+  legend: isSwitch,
+  sound: isSwitch,
+  userName: isTextOrNull,
+  uploaded: isSwitch,
+  shares: (value) => isObject(value) && Object.values(value).every(isShare),
+};
+
+/** What was stored and can be used: another version of the page, or damage, may have left anything. */
 function stored(): Partial<Settings> {
+  let found: unknown;
   try {
-    return JSON.parse(localStorage.getItem(KEY) ?? "{}") as Partial<Settings>;
+    found = JSON.parse(localStorage.getItem(KEY) ?? "{}");
   } catch {
     return {};
   }
+  const good = Object.entries(isObject(found) ? found : {}).filter(([key, value]) => (CHECKS as Partial<Record<string, Check>>)[key]?.(value));
+  return Object.fromEntries(good);
 }
 
-/** Read the settings, apply the theme, and store each change. To be called once, before anything is drawn. */
+/** Read the settings, apply the theme, and store each change. To be called once, before anything is drawn or stored. */
 export function startSettings(): void {
+  replaceForbiddenStorage();
   const applyTheme = () => (document.documentElement.dataset.theme = useSettings.getState().theme);
   const { shares, ...others } = stored();
   useSettings.setState({ theme: preferredTheme(), ...others, shares: { ...useSettings.getState().shares, ...shares } });
@@ -80,6 +109,6 @@ export function startSettings(): void {
   useSettings.subscribe((settings, before) => {
     // The stage is painted anew whenever the attribute is set.
     if (settings.theme !== before.theme) applyTheme();
-    localStorage.setItem(KEY, JSON.stringify(settings));
+    keep("localStorage", KEY, JSON.stringify(settings));
   });
 }
