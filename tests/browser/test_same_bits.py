@@ -92,7 +92,7 @@ def test_all_mats_missions_and_examples_have_the_same_bits(ask) -> None:
 
 
 @FEW
-@given(st.integers(0, (1 << 32) - 1), st.integers(0, 4000))
+@given(st.integers(0, (1 << 32) - 1), st.integers(1, 4000))
 def test_a_page_gets_the_same_bytes(ask, seed: int, range_mm: int) -> None:
     mat = {
         "format": "motorcade-mat/1",

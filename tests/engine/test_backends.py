@@ -129,7 +129,7 @@ def test_a_strip_takes_a_step_when_its_neighbours_have_taken_the_one_before(stri
             early.append((strip, step))
         taken[strip] += 1
 
-    assert all_end(Wavefront(take, strips, 48, 3, Event()), threads)
+    assert all_end(Wavefront(take, strips, 48, 3, lambda: False), threads)
     assert (taken, early) == ([48] * strips, [])
 
 
@@ -145,7 +145,7 @@ def test_strips_that_are_stopped_have_taken_as_many_steps_each(strips: int, thre
             if step == at:
                 stop.set()
 
-        wavefront = Wavefront(take, strips, 48, 3, stop)
+        wavefront = Wavefront(take, strips, 48, 3, stop.is_set)
         assert all_end(wavefront, threads)
         assert taken == [wavefront.steps] * strips
         assert wavefront.steps % 3 == 0
@@ -160,7 +160,7 @@ def test_when_one_thread_is_interrupted_the_others_end() -> None:
             for each in interrupts:
                 raise each
 
-    assert all_end(Wavefront(take, 4, 48, 3, Event()), 3)
+    assert all_end(Wavefront(take, 4, 48, 3, lambda: False), 3)
 
 
 @pytest.fixture

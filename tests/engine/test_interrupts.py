@@ -1,8 +1,10 @@
 """A run that an exception breaks off ends at a tick of all cars, from which it goes on with equal bits."""
 
+import gc
 import os
 import signal
 import threading
+import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -13,6 +15,7 @@ import pytest
 from motorcade.engine.world import World
 from support.interrupts import lines_until_interrupted
 from support.soak import SOAK
+from support.waiting import wait_until
 from support.worlds import ROAMING, CrowdedWorld, contents, crowd
 
 TICK_MS = crowd(2).tick_ms
@@ -91,3 +94,17 @@ def test_ctrl_c_ends_a_run_of_days_at_a_tick_that_the_clock_names(name: str) -> 
     whole = made(name)
     whole.run(stopped_ms - 3 * TICK_MS)
     assert shown(whole) == shown(world)
+
+
+@pytest.mark.parametrize("name", [name for name in WORLDS if "threads" in name])
+def test_a_world_that_nobody_needs_any_more_is_gone_at_once(name: str) -> None:
+    """Threads that have worked for it keep nothing: its arrays may be large."""
+    gc.collect()
+    gc.disable()
+    try:
+        world = made(name)
+        gone = weakref.ref(world)
+        del world
+        wait_until(lambda: gone() is None)
+    finally:
+        gc.enable()

@@ -1,14 +1,18 @@
 """Break off a call at any line of the engine, as Ctrl-C or another signal's handler may."""
 
+import queue
 import sys
+import threading
 from collections.abc import Callable
+from concurrent import futures
 from pathlib import Path
 from types import FrameType
 from typing import Any
 
 import motorcade.engine
 
-_FOLDER = str(Path(motorcade.engine.__file__).parent)
+# What the engine uses of Python itself, where an exception might leave a lock locked, counts too.
+_FOLDERS = str(Path(motorcade.engine.__file__).parent), threading.__file__, queue.__file__, futures.__path__[0]
 
 
 class Interrupt(BaseException):
@@ -21,7 +25,7 @@ def lines_until_interrupted(call: Callable[[], Any], at: int) -> int:
 
     def trace(frame: FrameType, event: str, argument: Any) -> Any:
         nonlocal count
-        if not frame.f_code.co_filename.startswith(_FOLDER):
+        if not frame.f_code.co_filename.startswith(_FOLDERS):
             return None
         if event == "line":
             count += 1

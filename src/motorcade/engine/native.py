@@ -11,13 +11,13 @@ import platform
 import struct
 import sys
 import threading
+from _thread import start_new_thread
 from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from typing import Any
 
 import numpy as np
@@ -131,18 +131,18 @@ class Wavefront:
         strips: how many there are.
         steps: how many each takes.
         unit: of so many steps, only all or none may be taken.
-        stop: set by another thread, so that no strip takes a unit that none has begun.
+        is_stopped: whether no strip is to take a unit any more that none has begun.
 
     Attributes:
         steps: how many each has taken, after `work`.
     """
 
     def __init__(
-        self, take: Callable[[int, int], None], strips: int, steps: int, unit: int, stop: threading.Event
+        self, take: Callable[[int, int], None], strips: int, steps: int, unit: int, is_stopped: Callable[[], bool]
     ) -> None:
         self._take = take
         self.steps = steps
-        self._unit, self._stop = unit, stop
+        self._unit, self._is_stopped = unit, is_stopped
         self._taken = [0] * strips
         self._left = strips * steps
         self._lock = threading.Lock()
@@ -165,7 +165,7 @@ class Wavefront:
         taken, last = self._taken, len(self._taken) - 1
         taken[strip] += 1
         self._left -= 1
-        if self._stop.is_set():
+        if self._is_stopped():
             # The strip that is farthest may be in its next step already.
             begun = max(taken) + 1
             steps = min(-(-begun // self._unit) * self._unit, self.steps)
@@ -182,19 +182,58 @@ class Wavefront:
                 self._ready.put(near)
 
 
-_pool: ThreadPoolExecutor
+class Pool:
+    """Threads that wait for work without spinning, as many as were ever needed at once.
+
+    Whoever asks for work may be interrupted at any line. So it uses nothing but what is one step of the interpreter:
+    Python's own pool has locks that an exception may leave locked.
+    """
+
+    def __init__(self) -> None:
+        self._tasks: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        self._lock = threading.Lock()
+        self._threads = self._busy = 0
+
+    def call(self, task: Callable[[], None]) -> None:
+        """Let a thread call ``task``. Raises RuntimeError: Python ends, and there is none."""
+        if self._busy + self._tasks.qsize() >= self._threads < _MOST_THREADS:
+            try:
+                start_new_thread(self._work, ())
+                self._threads += 1
+            except RuntimeError:
+                if not self._threads:
+                    raise
+        self._tasks.put(task)
+
+    def _work(self) -> None:
+        while True:
+            task = self._tasks.get()
+            with self._lock:
+                self._busy += 1
+            task()
+            # What it holds may be large.
+            del task
+            with self._lock:
+                self._busy -= 1
+
+
+_pool: Pool
 
 
 def _open_pool() -> None:
-    """Make the pool of threads anew. They wait without spinning, and a call may ask for any number of them."""
+    """Make the pool of threads anew; a call may ask for any number of them."""
     global _pool
-    _pool = ThreadPoolExecutor(_MOST_THREADS, "kernels")
+    _pool = Pool()
 
 
 _open_pool()
 # A forked process has none of its parent's threads.
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_open_pool)
+
+
+def _do_nothing() -> None:
+    """Stand for work that has been done."""
 
 
 class Crew:
@@ -209,17 +248,18 @@ class Crew:
 
     def __init__(self, work: Callable[[], None]) -> None:
         self._work = work
-        self._changed = threading.Condition()
+        self._lock = threading.Lock()
+        self._ends: SimpleQueue[None] = SimpleQueue()
         self._working, self._has_ended, self._is_closed = 0, False, False
         self._problem: BaseException | None = None
 
     def call(self, threads: int) -> None:
-        """Let so many threads begin. Raises RuntimeError: Python ends, and the pool takes no work."""
+        """Let so many threads begin. Raises RuntimeError: Python ends, and there is none."""
         for _ in range(threads):
-            _pool.submit(self._begin)
+            _pool.call(self._begin)
 
     def _begin(self) -> None:
-        with self._changed:
+        with self._lock:
             if self._is_closed:
                 return
             self._working += 1
@@ -227,25 +267,30 @@ class Crew:
             self._work()
         except BaseException as problem:  # noqa: BLE001 - the thread that waits raises it
             self._problem = problem
-        with self._changed:
+        with self._lock:
             self._working, self._has_ended = self._working - 1, True
-            self._changed.notify_all()
+        self._ends.put(None)
 
     def wait(self) -> None:
         """Wait until a thread has ended; raise what it raised."""
-        with self._changed:
-            while not self._has_ended:
-                # On Windows nothing interrupts a wait without an end.
-                self._changed.wait(_WAIT_S)
+        while not self._has_ended:
+            self._wait_for_an_end()
         if self._problem:
             raise self._problem
 
     def close(self) -> None:
         """Let no more threads begin, and wait until those that have begun end."""
-        with self._changed:
+        with self._lock:
             self._is_closed = True
-            while self._working:
-                self._changed.wait(_WAIT_S)
+        while self._working:
+            self._wait_for_an_end()
+        # The work may hold the world that holds its crew, and a world's memory is to be free at once.
+        self._work = _do_nothing
+
+    def _wait_for_an_end(self) -> None:
+        # On Windows nothing interrupts a wait without an end.
+        with suppress(Empty):
+            self._ends.get(timeout=_WAIT_S)
 
 
 def _share(work: Callable[[], None], threads: int, crew: Crew) -> None:
@@ -288,12 +333,12 @@ class NativeKernels(NumpyArrays, LinearMemory):
         super().__init__(module_arguments(), 1 << 63)
         self._kernels = _kernels(library_path())
         # Who works on the arrays, besides the thread that calls.
-        self._crew = Crew(lambda: None)
-        self._stop = threading.Event()
+        self._crew = Crew(_do_nothing)
+        self._is_stopped = False
 
     def join(self) -> None:
         """Wait until no other thread works on the arrays, after an exception broke off `run` or `lead`."""
-        self._stop.set()
+        self._is_stopped = True
         self._crew.close()
 
     def run(self, threads: int, shares: int, *arguments: Any) -> None:
@@ -320,7 +365,7 @@ class NativeKernels(NumpyArrays, LinearMemory):
 
     def lead(self, work: Callable[[], None]) -> None:
         """Let another thread do ``work``, which calls `run_large`; an exception that comes here stops it soon."""
-        self._stop.clear()
+        self._is_stopped = False
         self._crew = Crew(work)
         try:
             self._crew.call(1)
@@ -328,6 +373,7 @@ class NativeKernels(NumpyArrays, LinearMemory):
             work()
         else:
             self._crew.wait()
+            self._crew.close()
 
     def run_large(self, threads: int, until: int, said_at: int, said: int, arrays: Arrays, *arguments: Any) -> int:
         """Step one world by ``run_large``, phase by phase, with several threads.
@@ -350,7 +396,7 @@ class NativeKernels(NumpyArrays, LinearMemory):
             return _INTS.pack(share, shares, phase, tick, said if tick == said_at else NO_VOICE) + rest
 
         tick, counts = int(arrays.counters.counts[0, TICK]), arrays.counters.counts
-        while tick < until and not self._stop.is_set():
+        while tick < until and not self._is_stopped:
             if tick % every == 0:
                 kernel(block(0, 1, ORDER, tick))
                 sort = self._call_each("run_large", [block(share, threads, SORT, tick) for share in range(threads)])
@@ -363,7 +409,7 @@ class NativeKernels(NumpyArrays, LinearMemory):
                 kernel(block(strip, 1, STRIP_PHASES[phase], began + after))
 
             steps, strips = (end - tick) * len(STRIP_PHASES), int(arrays.cells.strips[0, MOST_PARTS])
-            wavefront = Wavefront(take, strips, steps, len(STRIP_PHASES), self._stop)
+            wavefront = Wavefront(take, strips, steps, len(STRIP_PHASES), lambda: self._is_stopped)
             _share(wavefront.work, threads, Crew(wavefront.work))
             tick += wavefront.steps // len(STRIP_PHASES)
             kernel(block(0, 1, TURN, tick - 1))
