@@ -1,6 +1,7 @@
 """A real car and simulated worlds in a lesson: who drives, who is stopped, whose world is whose."""
 
 import asyncio
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from tests.faults.browsers import DONE, Browser, Page
@@ -11,6 +12,7 @@ from tests.faults.loop import SimulatedLoop
 from tests.faults.system import THREADS, Replaced
 from tests.faults.world import Process
 
+from motorcade.drive import client as drive_client
 from motorcade.drive import server as drive_server
 from motorcade.drive import session as drive_session
 from motorcade.drive.channels import Clients
@@ -288,7 +290,11 @@ async def _look_from_outside(run: "Lesson", pupil: "Pupil", other: "Pupil") -> N
 
 
 def names(run: "Lesson") -> Replaced:
-    return {(drive_session, "threading"): THREADS, (drive_server, "threading"): THREADS}
+    return {
+        (drive_session, "threading"): THREADS,
+        (drive_server, "threading"): THREADS,
+        (drive_client, "random"): SimpleNamespace(uniform=run.random.uniform),
+    }
 
 
 ACTS = [(1.6, drive), (0.6, stop_car), (0.6, late_sticks), (0.6, play)]

@@ -64,7 +64,8 @@ def joined_pair(run: "Lesson", pupil: "Pupil") -> "Pair | None":
 
 async def join_pair(run: "Lesson") -> None:
     """A pupil comes into a pair, asked or not."""
-    who = run.draw([each for each in run.pupils if run.pair_of(each)] or run.pupils)
+    asked = [each for pair in run.pairs for each in pair.members if each not in pair.joined]
+    who = run.draw(asked or run.pupils)
     if who is None:
         return
     pair = run.pair_of(who)
@@ -128,7 +129,11 @@ async def take_window(run: "Lesson") -> None:
 
 async def swap(run: "Lesson") -> None:
     """A pupil asks to swap windows, or agrees; nobody swaps alone."""
-    who = run.draw([each for each in run.pupils if joined_pair(run, each)] or run.pupils)
+    if run.random.random() < 0.5:
+        await begin_pair(run)
+        await join_pair(run)
+    together = [each for pair in run.pairs if len(pair.joined) > 1 for each in pair.joined]
+    who = run.draw(together or run.pupils)
     if who is None:
         return
     wants, pair = run.random.random() < 0.8, joined_pair(run, who)
@@ -191,7 +196,7 @@ def drop_member(run: "Lesson", pair: "Pair", who: "Pupil") -> None:
 
 ACTS = [
     (3.0, begin_pair),
-    (3.0, join_pair),
+    (5.0, join_pair),
     (3.0, write_window),
     (1.5, take_window),
     (1.5, swap),

@@ -193,19 +193,20 @@ async def teachers_library(run: "Lesson") -> None:
 
 async def mat(run: "Lesson") -> None:
     """The teacher opens the shared mat, starts and closes it."""
-    if run.mat == "closed" or run.random.random() < 0.2:
+    opens = run.mat == "closed" or run.random.random() < 0.2
+    if opens:
         places = run.random.choice((1, 2, 30))
         await run.expect("as-asked", run.teacher, "teacher/mat/open", DONE, places=places, followers=0)
         run.mat, run.mat_entries, run.mat_places = "collecting", [], places
         bad = run.random.choice(({"places": 0}, {"places": 61}, {"followers": 11}))
         await run.expect("says-why", run.teacher, "teacher/mat/open", "bad-message", **bad)
-    elif run.mat == "collecting" and run.random.random() < 0.7:
+    if run.mat == "collecting" and run.random.random() < 0.7:
         if run.random.random() < 0.7:
             await lesson_work.enter_mat(run, image=lesson_work.IMAGE)
         wanted = DONE if run.mat_entries else "mat-is-empty"
         await run.expect("as-asked", run.teacher, "teacher/mat/start", wanted)
         run.mat = "running" if run.mat_entries else run.mat
-    else:
+    elif not opens:
         await run.expect("as-asked", run.teacher, "teacher/mat/close", DONE)
         run.mat, run.mat_entries = "closed", []
     shown = run.teachers_page

@@ -237,7 +237,16 @@ async def studio_requests(run: "Lesson") -> None:
     ]
     for request, message in run.random.sample(requests, 3):
         await run.ask(pupil.browser, request, **message)
-    rest = ("python-to-blocks", "remedy", "open", "example", "missions/notes", "missions/open", "missions/save-text")
+    rest = (
+        "python-to-blocks",
+        "remedy",
+        "open",
+        "example",
+        "mats/open",
+        "missions/notes",
+        "missions/open",
+        "missions/save-text",
+    )
     for request in run.random.sample((*rest, "event-table"), 2):
         outcome, _ = await run.ask(pupil.browser, request, nonsense=5)
         run.world.keep("says-why", outcome != DONE, f"{request} with nonsense ends in {outcome}")

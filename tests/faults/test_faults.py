@@ -75,14 +75,24 @@ def test_a_run_leaves_nothing_in_memory(kind):
 
 
 def test_all_requests_of_a_class_are_sent_by_who_may_and_by_who_must_not():
-    asked = tried("lesson")[2]
+    asked, more = set(tried("lesson")[2]), iter(range(100, 200))
+    # A change of the code changes what a seed does, and rare requests may be in none of the first seeds.
+    while any((missing := _never_sent(asked)).values()):
+        seed = next(more, None)
+        assert seed is not None, missing
+        asked |= run("lesson", seed).asked
+
+
+def _never_sent(asked):
+    """The requests that nobody has sent who may, that no stranger has sent, or nobody else."""
     outcomes = {name: {outcome for request, outcome in asked if request == name} for name in lesson.TABLE}
-    done = {name for name, (_, exchange) in REQUESTS.items() if DONE not in outcomes[name]}
-    assert done == set(), "nobody who may has ever sent it"
     refused = {"class-session-needed", "teacher-session-needed"}
     guarded = [name for name in lesson.TABLE if name not in REQUESTS or not REQUESTS[name][1].is_open]
-    assert [name for name in guarded if not outcomes[name] & refused] == [], "no stranger has ever sent it"
-    assert [name for name in guarded if not outcomes[name] - refused] == [], "nobody else has ever sent it"
+    return {
+        "by who may": [name for name in REQUESTS if DONE not in outcomes[name]],
+        "by a stranger": [name for name in guarded if not outcomes[name] & refused],
+        "by others": [name for name in guarded if not outcomes[name] - refused],
+    }
 
 
 def plain(text):

@@ -105,8 +105,12 @@ class Running:
                 raise
 
     def untaken_rows(self, world: int) -> bytes:
-        """Return the rows of the events that `take_rows` will sort."""
-        parts, rest = [], self._taken[world]
+        """Return the rows of the events that `take_rows` will sort.
+
+        Raises:
+            MotorcadeError: there is no such world.
+        """
+        parts, rest = [], self._taken[self._checked_world(world)]
         while rest:
             rest, rows = rest
             parts.append(rows)
