@@ -116,6 +116,9 @@ class Running:
             parts.append(rows)
         return b"".join(reversed(parts))
 
+    def _checked_world(self, world: int) -> int:
+        return to_whole("world", world, 0, self.worlds - 1)
+
     def _read_counts(self) -> "array[int]":
         return array("q", self.backend.read(self._counters.counts))
 

@@ -355,9 +355,6 @@ class Simulation(Running):
     def _checked_car(self, car: int, world: int) -> tuple[int, int]:
         return to_whole("car", car, 0, self.cars - 1), self._checked_world(world)
 
-    def _checked_world(self, world: int) -> int:
-        return to_whole("world", world, 0, self.worlds - 1)
-
     def _check_begun(self) -> None:
         if self.tick == 0:
             raise MotorcadeError("no-tick-has-passed")
