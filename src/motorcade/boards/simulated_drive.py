@@ -15,6 +15,7 @@ from motorcade.car.drive_board import DriveBoard
 from motorcade.engine.moment import Moment
 from motorcade.engine.simulation import Simulation
 from motorcade.engine.world import World
+from motorcade.errors import MotorcadeError
 from motorcade.runs.recording import Description
 from motorcade.words.formats import SWITCHES
 
@@ -95,6 +96,9 @@ class DrivenCars:
 class LiveWorld:
     """Run a world in real time in a thread of its own; a context manager.
 
+    Where a car leaves the plane, 2,147 m around 0, all cars begin again in their places: nobody is there who could
+    move it back, and driving goes on.
+
     Args:
         world: nobody else may step it meanwhile.
         clock_s: a clock in seconds that never goes back.
@@ -127,7 +131,11 @@ class LiveWorld:
         if ticks:
             with self._lock:
                 self._driven.steer(self._world)
-                self._world.run(ticks * self._world.tick_ms)
+                try:
+                    self._world.run(ticks * self._world.tick_ms)
+                except MotorcadeError:
+                    # The only error of a run of whole ticks: a car has left the plane.
+                    self._world.reset()
 
     def snapshot(self) -> Moment:
         """Return what the cars show now."""
