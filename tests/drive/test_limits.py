@@ -6,13 +6,13 @@ from typing import Any
 
 import pytest
 
-from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.car.arbiter import APPLIED, NEEDS_NEUTRAL, UNPOWERED
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.drive_limits import READINGS
 from motorcade.config.profile import Profile
 from motorcade.drive.session import CarControl, ControlSession
 from motorcade.drive.wire import DriveError
+from motorcade.engine.simulated_drive import DrivenCars
 from motorcade.engine.world import World
 from motorcade.mats import playground
 from motorcade.words.formats import DRIVE

@@ -34,12 +34,12 @@ from motorcade.drive.keys import RevokedKeys, read_revoked
 from motorcade.engine.saving import MAGIC
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
-from motorcade.experiments.plan import Plan
-from motorcade.experiments.run import no_bar, run_sweep
-from motorcade.experiments.spec import parse_sweep
-from motorcade.experiments.task import run_task
 from motorcade.fleet.places import read_list, safe_name
 from motorcade.lab.capsule import verify, write_capsule
+from motorcade.lab.plan import Plan
+from motorcade.lab.run import no_bar, run_sweep
+from motorcade.lab.spec import parse_sweep
+from motorcade.lab.task import run_task
 from motorcade.mats.document import check_mat, document_of, mat_of, parse_mat
 from motorcade.missions.document import OWN, parse_mission
 from motorcade.program.decompiler import decompile

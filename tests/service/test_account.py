@@ -14,11 +14,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motorcade import Followers, Program, compile_program, forward
-from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.car.brain import HOLDS, NO_LED, RUNNING, WORD
 from motorcade.config.profile import built_in_profile
 from motorcade.engine.events import FRAME, HEARD, KINDS, LOSS_REASONS, LOST, OVER
 from motorcade.engine.moment import NO_INDEX
+from motorcade.engine.simulated_drive import DrivenCars
 from motorcade.locales import catalogue, languages
 from motorcade.mats import Mat, Pose, Starts
 from motorcade.service.studio_world import StudioWorld

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motorcade import Followers, Physics, Pose, forward, led, left, right, together, wait
-from motorcade.boards.simulated_drive import DrivenCars, LiveWorld
+from motorcade.engine.simulated_drive import DrivenCars, LiveWorld
 from motorcade.engine.state import DRIVEN
 from motorcade.errors import MotorcadeError
 from support.strategies import CLASSROOM
