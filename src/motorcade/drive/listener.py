@@ -11,7 +11,7 @@ import errno
 import socket
 import ssl
 from collections import Counter, deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from typing import NamedTuple, Protocol, cast
 
@@ -168,10 +168,11 @@ class Listener:
                     # Out of sockets: some connection will end.
                     await asyncio.sleep(_OUT_OF_SOCKETS_S)
                     continue
-                welcome = self._await_hello if self._tls else self._accept
-                welcome(line, str(address[0]))
-                for line, address in self._others_waiting():
-                    welcome(line, str(address[0]))
+                if self._tls:
+                    self._await_hello(line, str(address[0]))
+                    self._await_more_hellos()
+                else:
+                    self._accept(line, str(address[0]))
                 # While newcomers wait, sock_accept doesn't yield, and the open connections would get no turn.
                 await asyncio.sleep(0)
         finally:
@@ -209,7 +210,7 @@ class Listener:
             accepting.cancel()
             raise
 
-    def _others_waiting(self) -> Iterator[tuple[socket.socket, tuple[str, int]]]:
+    def _await_more_hellos(self) -> None:
         """Accept those who wait now, a few at most.
 
         A round of the event loop may last for a handshake. One newcomer a round would let a flood fill the system's
@@ -221,7 +222,7 @@ class Listener:
             except OSError:
                 return
             line.setblocking(False)
-            yield line, address
+            self._await_hello(line, str(address[0]))
 
     def _await_hello(self, line: socket.socket, address: str) -> None:
         """Let a connection wait until its client says something, at most as long as for a handshake."""
