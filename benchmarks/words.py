@@ -19,19 +19,24 @@ from cantools.database.can import Signal
 from rich.console import Console
 from rich.table import Table
 
+from motorcade.words.field import Field
 from motorcade.words.formats import CONTROL
+from motorcade.words.positions import UNUSED_BITS
 
 TURNS = 31
 SCALAR_WORDS = 4_000
 DECODE_GOAL = 1.2
-ENCODE_GOAL = 3.0
+ENCODE_GOAL = 1.3
 
-NAMES = [field.name for field in CONTROL.fields]
+FIELDS = CONTROL.fields
+# The fields that a word of an image may set. Who encodes one names these, and what is below them is 0.
+SET_FIELDS = tuple(field for field in FIELDS if not field.word_mask & UNUSED_BITS)
+SHIFTED_OUT = ", ".join(f"{field.name!r}: word >> {field.low} & {field.raw_mask}" for field in FIELDS)
+NAMES = [field.name for field in SET_FIELDS]
 KEYWORDS = ", ".join(f"{name}={name}" for name in NAMES)
 DICT = "{" + ", ".join(f"{name!r}: {name}" for name in NAMES) + "}"
-SHIFTED_OUT = ", ".join(f"{f.name!r}: word >> {f.low} & {f.raw_mask}" for f in CONTROL.fields)
-SHIFTED_IN = " | ".join(f"{field.name} << {field.low}" for field in CONTROL.fields)
-CHECKED = " or ".join(f"not 0 <= {field.name} <= {field.raw_mask}" for field in CONTROL.fields)
+SHIFTED_IN = " | ".join(f"{field.name} << {field.low}" for field in SET_FIELDS)
+CHECKED = " or ".join(f"not 0 <= {field.name} <= {field.raw_mask}" for field in SET_FIELDS)
 
 Contestants = dict[str, Callable[[], object]]
 
@@ -59,27 +64,30 @@ def loop(names: str, expression: str, rows: list[Any], **space: Any) -> Callable
     return lambda: space["run"](rows)
 
 
-def bitstruct_format() -> str:
-    return "".join(f"u{field.width}" for field in CONTROL.fields)
+def bitstruct_format(fields: tuple[Field, ...]) -> str:
+    """Return the format of these fields, the first ones of a word; what is below them is padding."""
+    padding = f"p{fields[-1].low}" if fields[-1].low else ""
+    return "".join(f"u{field.width}" for field in fields) + padding
 
 
-def construct_format() -> Any:
-    return construct.BitStruct(*(field.name / construct.BitsInteger(field.width) for field in CONTROL.fields))
+def construct_format(fields: tuple[Field, ...]) -> Any:
+    members = [field.name / construct.BitsInteger(field.width) for field in fields]
+    return construct.BitStruct(*members, construct.Padding(fields[-1].low))
 
 
-def cantools_message() -> Message:
+def cantools_message(fields: tuple[Field, ...]) -> Message:
     signals = [
         # DBC counts a big-endian signal's first bit from each byte's own bit 0.
         Signal(field.name, (31 - field.high) // 8 * 8 + field.high % 8, field.width, byte_order="big_endian")
-        for field in CONTROL.fields
+        for field in fields
     ]
     return Message(1, "control", 4, signals)
 
 
 def scalar_decoders(words: list[int]) -> Contestants:
     images = [word.to_bytes(4, "big") for word in words]
-    named = bitstruct.c.compile(bitstruct_format(), NAMES)
-    plain = bitstruct.c.compile(bitstruct_format())
+    named = bitstruct.c.compile(bitstruct_format(FIELDS), [field.name for field in FIELDS])
+    plain = bitstruct.c.compile(bitstruct_format(FIELDS))
     shifts = eval("lambda word: {" + SHIFTED_OUT + "}")
     return {
         "Motorcade": loop("word", "decode(word)", words, decode=CONTROL.decode),
@@ -90,18 +98,18 @@ def scalar_decoders(words: list[int]) -> Contestants:
         "bitstruct C, tuple": loop("data", "unpack(data)", images, unpack=plain.unpack),
         "shifts by hand, dict": loop("word", "shifts(word)", words, shifts=shifts),
         "cantools": loop(
-            "data", "decode(data, decode_choices=False, scaling=False)", images, decode=cantools_message().decode
+            "data", "decode(data, decode_choices=False, scaling=False)", images, decode=cantools_message(FIELDS).decode
         ),
-        "construct": loop("data", "parse(data)", images, parse=construct_format().parse),
+        "construct": loop("data", "parse(data)", images, parse=construct_format(FIELDS).parse),
     }
 
 
 def scalar_encoders(words: list[int]) -> Contestants:
-    values = [tuple(CONTROL.decode(word)) for word in words]
+    values = [tuple(CONTROL.decode(word))[: len(NAMES)] for word in words]
     dicts = [dict(zip(NAMES, each, strict=True)) for each in values]
     names = ", ".join(NAMES)
-    named = bitstruct.c.compile(bitstruct_format(), NAMES)
-    plain = bitstruct.c.compile(bitstruct_format())
+    named = bitstruct.c.compile(bitstruct_format(SET_FIELDS), NAMES)
+    plain = bitstruct.c.compile(bitstruct_format(SET_FIELDS))
     space: dict[str, Any] = {}
     exec(f"def by_hand({names}):\n    if {CHECKED}: raise ValueError\n    return {SHIFTED_IN}", space)
     return {
@@ -111,8 +119,8 @@ def scalar_encoders(words: list[int]) -> Contestants:
         "bitstruct C, ready dict": loop("each", "pack(each)", dicts, pack=named.pack),
         "bitstruct C, values in order": loop(names, f"pack({names})", values, pack=plain.pack),
         "shifts by hand, checked": loop(names, f"by_hand({KEYWORDS})", values, by_hand=space["by_hand"]),
-        "cantools": loop(names, f"encode({DICT}, scaling=False)", values, encode=cantools_message().encode),
-        "construct": loop(names, f"build({DICT})", values, build=construct_format().build),
+        "cantools": loop(names, f"encode({DICT}, scaling=False)", values, encode=cantools_message(SET_FIELDS).encode),
+        "construct": loop(names, f"build({DICT})", values, build=construct_format(SET_FIELDS).build),
     }
 
 

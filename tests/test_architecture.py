@@ -16,7 +16,7 @@ OTHER_FILES = sorted(
     for file in (ROOT / folder).rglob("*.py")
     if "node_modules" not in file.parts
 )
-MOST_FILES = 250
+MOST_FILES = 252
 MOST_LINES = 500
 MOST_PARAMETERS = 8
 # What a page is sent of these has their name too.
@@ -24,7 +24,7 @@ SAME_IN_MESSAGES = {"Diagnostic", "Fix", "Mission", "Resume", "Telemetry"}
 
 # The wings of the house. Within its wing a package imports only packages that stand before it.
 WINGS = {
-    "core": ("outcomes", "locales", "errors", "extras", "devices", "words", "timing", "sockets", "car", "config"),
+    "core": ("outcomes", "locales", "errors", "extras", "imports", "devices", "words", "timing", "sockets", "car", "config"),
     "program": ("program",),
     "simulate": ("mats", "engine", "runs", "missions"),
     "connect": ("cameras", "upload", "drive", "fleet"),
@@ -130,7 +130,7 @@ def test_only_the_commands_of_the_laboratory_import_it():
 
 def test_the_core_of_a_class_knows_no_server():
     core = [f"classroom.{name}" for name in CLASS_CORE]
-    allowed = tuple(f"{name}." for name in (*core, "service", *WINGS["core"][:7]))
+    allowed = tuple(f"{name}." for name in (*core, "service", *WINGS["core"][:8]))
     assert [(name, used) for name in core for used in imported_by(name) if not f"{used}.".startswith(allowed)] == []
 
 

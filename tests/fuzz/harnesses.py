@@ -58,8 +58,9 @@ from motorcade.service.world_messages import WorldMessage
 from motorcade.service.world_session import WorldSession
 from motorcade.upload.serial_port import port_name
 from motorcade.words import upload
-from motorcade.words.image import bytes_to_words, image_words, parse_image_bytes, words_to_bytes
+from motorcade.words.image import image_words, parse_image_bytes
 from motorcade.words.infrared import FrameReceiver, check_is_good, frame_durations_us, parity_is_even, tag_of
+from motorcade.words.packing import bytes_to_words, words_to_bytes
 from motorcade.words.request import REQUEST_BEGINS, answer_line, car_request, check_request, read_request
 from motorcade.words.ticks import later_ms
 from support.classrooms import MAT as NO_MAT

@@ -24,8 +24,8 @@ from motorcade.mats import Mat, Pose, Starts
 from motorcade.service.studio_world import StudioWorld
 from motorcade.service.world_messages import Move, Reset, Seek, Speak, StepWorld, Watch
 from motorcade.service.world_session import WorldSession
-from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import tag_of, word_of
+from motorcade.words.packing import bytes_to_words
 from support.page_account import PageAccount, WorldOnPage, claims_of
 from support.plain_world import PlainWorld
 from support.soak import SOAK

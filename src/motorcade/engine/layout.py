@@ -30,8 +30,8 @@ from motorcade.engine.state import (
 )
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat
-from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import air_us
+from motorcade.words.packing import bytes_to_words
 
 if TYPE_CHECKING:
     from motorcade.engine.backend import Backend

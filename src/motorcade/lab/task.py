@@ -15,8 +15,8 @@ from motorcade.engine.simulation import COUNTED
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.lab.plan import Batch, Task, code_hash, describe
 from motorcade.lab.spec import kind_of
-from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import word_of
+from motorcade.words.packing import bytes_to_words
 
 if TYPE_CHECKING:
     from motorcade.engine.world import World
