@@ -9,7 +9,7 @@ import sys
 import tomllib
 from bisect import bisect_left
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
 from typing import Any, Literal
@@ -279,37 +279,29 @@ def locked(path: Path, refusal: MotorcadeError) -> Iterator[None]:
     Who deletes the file unlocks nothing: a POSIX system lets them, and the folder stays locked.
     Raises ``refusal`` where another process has locked it, or OSError where it can't be made.
     """
-    with path.open("a+b") as file, _locked_folder(path.parent, refusal):
+    # Of the extras that lock anything.
+    from filelock import FileLock, Timeout
+
+    with ExitStack() as held:
         try:
-            if sys.platform == "win32":
-                import msvcrt
-
-                msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-            else:
-                import fcntl
-
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
+            held.enter_context(FileLock(path, timeout=0))
+        except Timeout:
             raise refusal from None
+        if sys.platform != "win32":
+            _lock_folder(path.parent, refusal, held)
         yield
 
 
-@contextmanager
-def _locked_folder(folder: Path, refusal: MotorcadeError) -> Iterator[None]:
-    if sys.platform == "win32":
-        # There nobody can delete a file that is open.
-        yield
-        return
+def _lock_folder(folder: Path, refusal: MotorcadeError, held: ExitStack) -> None:
+    """Lock a folder until ``held`` is closed. Windows needs no such lock: nobody can delete a file that is open."""
     import fcntl
 
     handle = os.open(folder, os.O_RDONLY)
+    held.callback(os.close, handle)
     try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise refusal from None
+    except OSError:
         # Folders of some networks can't be locked.
-        with suppress(OSError):
-            try:
-                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                raise refusal from None
-        yield
-    finally:
-        os.close(handle)
+        return
