@@ -32,7 +32,7 @@ ARROWS = {
     "browser": ("config", "engine", "missions", "program", "service", "upload", "words"),
     "cameras": ("engine", "mats", "runs"),
     "car": ("words",),
-    "classroom": ("config", "drive", "engine", "missions", "server", "service", "sockets", "timing", "words"),
+    "classroom": ("config", "drive", "engine", "fleet", "missions", "server", "service", "sockets", "timing", "words"),
     # The command line may import everything, and only __init__, for `show`, imports it.
     "cli": ("",),
     "config": ("car", "words"),

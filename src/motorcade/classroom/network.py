@@ -1,11 +1,12 @@
 """How pupils find a class: the addresses of this computer, its name in the network, a QR code and a certificate."""
 
+import asyncio
 import hashlib
 import io
 import ipaddress
 import socket
 from collections.abc import AsyncIterator, Iterable, Sequence
-from contextlib import AsyncExitStack, asynccontextmanager
+from contextlib import ExitStack, asynccontextmanager
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from motorcade.drive.certificates import AUTHORITY_PUBLIC, CarKeys, make_keys
 from motorcade.drive.keys import CAR
 from motorcade.errors import MotorcadeError
 from motorcade.extras import install_command
+from motorcade.fleet.places import registered
 from motorcade.server.running import url_of
 from motorcade.sockets import way_out
 
@@ -65,41 +67,33 @@ class Network:
 
         Where an interface can't do it, such as a tunnel, the likeliest address alone is announced.
         """
-        async with AsyncExitStack() as opened:
+        announcing = ExitStack()
+        try:
             for hosts in [self._hosts, self._hosts[:1]] if self._announces else []:
-                self.why_no_name = await self._announce(hosts, opened)
+                # Asking whether the name is free takes a second.
+                self.why_no_name = await asyncio.to_thread(self._announce, hosts, announcing)
                 if self.why_no_name is None:
                     self.local_name = url_of(LOCAL_NAME, self._port, scheme=self._scheme)
                 if self.why_no_name is None or self.why_no_name.code != "local-name-not-announced":
                     break
             yield
+        finally:
+            await asyncio.to_thread(announcing.close)
 
-    async def _announce(self, hosts: list[str], opened: AsyncExitStack) -> MotorcadeError | None:
-        """Announce these addresses until ``opened`` is closed; return why that isn't possible, or None."""
+    def _announce(self, hosts: list[str], announcing: ExitStack) -> MotorcadeError | None:
+        """Announce these addresses until ``announcing`` is closed; return why that isn't possible, or None."""
         try:
-            from zeroconf import NonUniqueNameException, ServiceInfo
-            from zeroconf.asyncio import AsyncZeroconf
+            from zeroconf import NonUniqueNameException
         except ModuleNotFoundError:
             return MotorcadeError("local-name-needs-zeroconf", name=LOCAL_NAME, command=install_command("class"))
-        info = ServiceInfo(
-            _SERVICE,
-            f"Motorcade.{_SERVICE}",
-            self._port,
-            parsed_addresses=hosts,
-            server=f"{LOCAL_NAME}.",
-            properties={"path": "/join"},
-        )
-        async with AsyncExitStack() as own:
-            try:
-                zeroconf = AsyncZeroconf(interfaces=hosts)
-                own.push_async_callback(zeroconf.async_close)
-                await zeroconf.async_register_service(info)
-            except NonUniqueNameException:
-                return MotorcadeError("local-name-taken", name=LOCAL_NAME)
-            except (OSError, RuntimeError) as found:
-                # RuntimeError: an interface is gone.
-                return MotorcadeError("local-name-not-announced", name=LOCAL_NAME, reason=found)
-            opened.push_async_callback(own.pop_all().aclose)
+        server, properties = f"{LOCAL_NAME}.", {"path": "/join"}
+        try:
+            announcing.enter_context(registered(_SERVICE, "Motorcade", self._port, properties, server, hosts))
+        except NonUniqueNameException:
+            return MotorcadeError("local-name-taken", name=LOCAL_NAME)
+        except (OSError, RuntimeError) as found:
+            # RuntimeError: an interface is gone.
+            return MotorcadeError("local-name-not-announced", name=LOCAL_NAME, reason=found)
         return None
 
 

@@ -9,17 +9,14 @@ import socket
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from motorcade.config.files import parse, read_text
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import install_command
 from motorcade.sockets import DRIVE_PORT, host_and_port, port_behind, way_out
-
-if TYPE_CHECKING:
-    from zeroconf import Zeroconf
 
 SERVICE = "_motorcade._tcp.local."
 CAR, DRIVE, CLASS, STUDIO = "car", "drive", "class", "studio"
@@ -142,20 +139,16 @@ def announced(
     text = {"kind": kind, "name": name[:_LONGEST_ANNOUNCED]} | {key: str(value) for key, value in properties.items()}
     label = "-".join(re.findall(r"\w+", f"{kind} {host} {port}"))
 
-    def register() -> "Zeroconf | None":
-        network = None
-        try:
-            from zeroconf import ServiceInfo, Zeroconf
+    server = f"motorcade-{label}.local."
+    announcing = ExitStack()
 
-            network = Zeroconf(interfaces=[host])
-            server = f"motorcade-{label}.local."
-            info = ServiceInfo(SERVICE, f"{label}.{SERVICE}", port, 0, 0, text, server, parsed_addresses=[host])
-            network.register_service(info, allow_name_change=True)
+    def register() -> None:
+        try:
+            announcing.enter_context(registered(SERVICE, label, port, text, server, [host], allow_name_change=True))
         except ModuleNotFoundError:
             problem(MotorcadeError("announcing-needs-zeroconf", command=install_command("fleet")))
         except Exception as found:  # noqa: BLE001 - whatever the network's stack raises, the car runs on
             problem(MotorcadeError("not-announced", reason=str(found) or type(found).__name__))
-        return network
 
     # In the background, since asking whether the name is free takes a second.
     with ThreadPoolExecutor(1) as background:
@@ -163,5 +156,39 @@ def announced(
         try:
             yield
         finally:
-            if network := registering.result():
-                network.close()
+            registering.result()
+            announcing.close()
+
+
+@contextmanager
+def registered(
+    service: str,
+    label: str,
+    port: int,
+    properties: dict[str, str],
+    server: str,
+    hosts: list[str],
+    allow_name_change: bool = False,
+) -> Iterator[None]:
+    """Announce a service by multicast DNS while the block runs; asking whether its name is free takes a second.
+
+    Args:
+        service: its kind, such as `SERVICE`.
+        label: its name in front of that; ``allow_name_change`` numbers it where the network has one of that name.
+        port: where it listens.
+        properties: more for those who find it.
+        server: the name that stands for ``hosts``, with a dot at its end.
+        hosts: the addresses of this computer that are announced, each at its own interface.
+
+    Raises:
+        ModuleNotFoundError: zeroconf isn't installed.
+        zeroconf.NonUniqueNameException: the name is taken.
+        OSError, RuntimeError: an interface can't do it, or is gone.
+    """
+    from zeroconf import ServiceInfo, Zeroconf
+
+    full_name = f"{label}.{service}"
+    info = ServiceInfo(service, full_name, port, properties=properties, server=server, parsed_addresses=hosts)
+    with closing(Zeroconf(interfaces=hosts)) as network:
+        network.register_service(info, allow_name_change=allow_name_change)
+        yield
