@@ -16,7 +16,7 @@ import msgspec
 
 from motorcade.browser.kernels import OpenInstance, View, open_worlds
 from motorcade.browser.storage import BrowserStorage
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, TransferError
 from motorcade.missions.check import open_worlds_here
 from motorcade.missions.odds import OpenWorlds
 from motorcade.service.messages import Capabilities, decode
@@ -64,7 +64,7 @@ class UploadStream:
         if storage is None:
             return UploadSession(order, number)
         if order.port != VIRTUAL_PORT.port:
-            raise MotorcadeError("no-such-port", port=order.port)
+            raise TransferError("no-such-port", port=order.port)
         return VirtualCarSession(order, number, storage.car_image, storage.store_car_image)
 
     def advance(self) -> list[Any]:

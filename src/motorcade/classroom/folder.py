@@ -25,7 +25,7 @@ from msgspec import Meta, Struct
 from motorcade.classroom.messages import Draft, StoredDraft
 from motorcade.classroom.names import RandomBelow
 from motorcade.classroom.record import ClassRecord, Pupil, from_bytes, is_known, is_owner, new_record
-from motorcade.config.files import locked, raised_as, replace_file
+from motorcade.config.files import SaveError, locked, raised_as, replace_file
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.missions.document import OWN
 from motorcade.missions.model import Mission
@@ -92,11 +92,10 @@ class ClassFolder(FolderStorage):
     def _storing(self) -> Iterator[None]:
         """Keep in mind whether the disk takes what the block stores; OSError becomes MotorcadeError."""
         try:
-            with raised_as("cant-save", OSError):
+            with raised_as("cant-save", OSError, SaveError):
                 yield
-        except MotorcadeError as problem:
-            if problem.code == "cant-save":
-                self.problem = MotorcadeError("class-not-stored", reason=problem.details["reason"])
+        except SaveError as problem:
+            self.problem = MotorcadeError("class-not-stored", reason=problem.details["reason"])
             raise
         self.problem = None
 

@@ -69,32 +69,34 @@ class Network:
         """
         announcing = ExitStack()
         try:
-            for hosts in [self._hosts, self._hosts[:1]] if self._announces else []:
+            if self._announces:
                 # Asking whether the name is free takes a second.
-                self.why_no_name = await asyncio.to_thread(self._announce, hosts, announcing)
+                self.why_no_name = await asyncio.to_thread(self._announce, announcing)
                 if self.why_no_name is None:
                     self.local_name = url_of(LOCAL_NAME, self._port, scheme=self._scheme)
-                if self.why_no_name is None or self.why_no_name.code != "local-name-not-announced":
-                    break
             yield
         finally:
             await asyncio.to_thread(announcing.close)
 
-    def _announce(self, hosts: list[str], announcing: ExitStack) -> MotorcadeError | None:
-        """Announce these addresses until ``announcing`` is closed; return why that isn't possible, or None."""
+    def _announce(self, announcing: ExitStack) -> MotorcadeError | None:
+        """Announce the name until ``announcing`` is closed; return why that isn't possible, or None."""
         try:
             from zeroconf import NonUniqueNameException
         except ModuleNotFoundError:
             return MotorcadeError("local-name-needs-zeroconf", name=LOCAL_NAME, command=install_command("class"))
         server, properties = f"{LOCAL_NAME}.", {"path": "/join"}
-        try:
-            announcing.enter_context(registered(_SERVICE, "Motorcade", self._port, properties, server, hosts))
-        except NonUniqueNameException:
-            return MotorcadeError("local-name-taken", name=LOCAL_NAME)
-        except (OSError, RuntimeError) as found:
-            # RuntimeError: an interface is gone.
-            return MotorcadeError("local-name-not-announced", name=LOCAL_NAME, reason=found)
-        return None
+        reason: Exception | None = None
+        for hosts in (self._hosts, self._hosts[:1]):
+            try:
+                announcing.enter_context(registered(_SERVICE, "Motorcade", self._port, properties, server, hosts))
+            except NonUniqueNameException:
+                return MotorcadeError("local-name-taken", name=LOCAL_NAME)
+            except (OSError, RuntimeError) as problem:
+                # RuntimeError: an interface is gone.
+                reason = problem
+            else:
+                return None
+        return MotorcadeError("local-name-not-announced", name=LOCAL_NAME, reason=reason)
 
 
 def interfaces() -> list[tuple[str, str]]:

@@ -22,8 +22,8 @@ from motorcade.classroom.pairs import Pairs
 from motorcade.classroom.record import TEACHER, WINDOWS, ClassRecord, Presence, Pupil, is_owner, owners_of
 from motorcade.classroom.room import CABLE, MOST_PUPILS, SIGNED_IN_S, Classroom
 from motorcade.classroom.shared_mat import SharedMat
-from motorcade.drive.connection import CarError, CarRefusesError
-from motorcade.errors import MotorcadeError
+from motorcade.drive.connection import CarRefusesError
+from motorcade.errors import DriveError, MotorcadeError
 from motorcade.missions.document import OWN
 from motorcade.server.fleet import Fleet
 from motorcade.server.studio.sessions import IMPORT, REQUEST_S, SessionLimits, Settings, Visitors
@@ -352,7 +352,7 @@ class EmergencyStop:
                     return await control.act("clear")
                 except CarRefusesError:
                     raise
-                except CarError:
+                except DriveError:
                     # A new connection to a car takes a moment.
                     await asyncio.sleep(_AGAIN_S)
         finally:

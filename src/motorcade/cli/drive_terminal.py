@@ -8,9 +8,8 @@ from blessed import Terminal
 
 from motorcade.cli.output import current_language, plain, translated
 from motorcade.drive.blocking_client import BlockingDriveClient
-from motorcade.drive.connection import CarError
 from motorcade.drive.wire import Telemetry
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import DriveError, MotorcadeError, Phrase
 from motorcade.words.formats import SWITCHES, Switch
 
 AHEAD, BACK, LEFT, RIGHT = "ahead", "back", "left", "right"
@@ -108,7 +107,7 @@ class DriveTerminal:
             elif order := {" ": client.stop, "c": client.clear}.get(key.lower()):
                 try:
                     order()
-                except CarError:
+                except DriveError:
                     # It can't be reached, or takes no requests: then commands alone can stop it.
                     self._stick = KeyStick(self._hold_s)
                     self._drives = True
@@ -120,7 +119,7 @@ class DriveTerminal:
         # A release is one command to stand still, which the client repeats; then others can have the wheel.
         if is_held or self._drives:
             self._drives = is_held
-            with suppress(CarError):
+            with suppress(DriveError):
                 client.drive(throttle * self._throttle, steering, **switches)
 
     def _draw(self, client: BlockingDriveClient) -> None:

@@ -31,8 +31,8 @@ from motorcade.cli.output import (
 )
 from motorcade.drive.keys import client_context
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.fleet.cars import ALL, MOST_CARS, Cars, Finder
-from motorcade.fleet.contact import CarStatus, Contact
+from motorcade.fleet.cars import ALL, MOST_CARS, Cars, Finder, NoSuchCarError
+from motorcade.fleet.contact import CarAwayError, CarStatus, Contact
 from motorcade.fleet.places import place_of
 from motorcade.outcomes import NO_ANSWER
 from motorcade.sockets import allow_files
@@ -75,7 +75,7 @@ async def load(image: bytes, names: Sequence[str], search: Lookup, baud: int, re
     rows = []
     for each in verdicts:
         holds = translated(f"load-{each.holds}", crc32=checksum)
-        why = each.error.sentence(current_language()) if each.error and each.error.code != "car-away" else ""
+        why = each.error.sentence(current_language()) if each.error and not isinstance(each.error, CarAwayError) else ""
         rows.append((each.car, each.where, f"{holds}\n{why}".strip()))
     print_result(data, Rows(("name", "where", "verdict"), rows), as_json)
     failed = [each.error for each in verdicts if each.error]
@@ -115,9 +115,9 @@ async def _found(cars: Cars, names: Sequence[str], search: Lookup) -> None:
             known = all(each.is_known.is_set() for each in cars.named(names))
             if known and ("all" not in names or time.monotonic() >= listened_s):
                 return
-        except MotorcadeError as problem:
-            if problem.code != "no-such-car":
-                raise
+        except NoSuchCarError:
+            # It may be found in a moment.
+            pass
         await asyncio.sleep(_LOOK_S)
     cars.named(names)
 
@@ -131,8 +131,8 @@ async def order(kind: str, search: Lookup, as_json: bool) -> None:
         await asyncio.sleep(search.listen_s)
         missing = await cars.confirmed(search.seconds - (time.monotonic() - begin_s))
         count = len(cars.statuses())
-        problem = finder.problem
-        print_problem(problem)
+        is_whole = not cars.problem
+        print_problem(finder.problem)
     if not count:
         raise MotorcadeError("no-cars-found")
     names = [each.name for each in missing]
@@ -142,7 +142,7 @@ async def order(kind: str, search: Lookup, as_json: bool) -> None:
         problems = [(each.name, each.problem.sentence(current_language())) for each in missing if each.problem]
         lines += [f"{name}: {problem}" for name, problem in problems[:_MOST_PROBLEMS]]
     print_result({"cars": count, "missing": names}, "\n".join(lines), as_json)
-    if missing or (problem and problem.code == "list-not-whole"):
+    if missing or not is_whole:
         raise typer.Exit(NO_ANSWER)
 
 

@@ -369,14 +369,12 @@ def own_token(folder: Path) -> str:
 
 def _listen(host: str, port: int, token: str) -> socket.socket:
     """A socket that listens at the address; port 0 takes a free one. Raises MotorcadeError."""
-    from motorcade.drive.listener import bind
+    from motorcade.drive.listener import PortTakenError, bind
     from motorcade.server.running import url_of
 
     try:
         return bind(host, port, "studio")
-    except MotorcadeError as problem:
-        if problem.code != "port-taken":
-            raise
+    except PortTakenError:
         # At 'all addresses' no page can be opened; this computer is one of them.
         here = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
         raise MotorcadeError("studio-port-taken", port=port, url=url_of(here, port, token)) from None

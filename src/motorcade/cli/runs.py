@@ -23,7 +23,7 @@ from motorcade.cli.output import (
     print_table,
     translated,
 )
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import InputError, MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 from motorcade.outcomes import PROGRAM_ERROR
 
@@ -56,7 +56,7 @@ def _simulate(
 ) -> None:
     image, chosen = options.image_for(source, profile)
     if math.isnan(seconds):
-        raise MotorcadeError("option-not-allowed", option="--seconds", value="nan", allowed="0 to 86400")
+        raise InputError("option-not-allowed", option="--seconds", value="nan", allowed="0 to 86400")
     if mat and followers is not None:
         raise MotorcadeError("followers-with-mat")
     files = record or []
@@ -109,7 +109,7 @@ def _replay(run: RunFile, output: options.OptionalOutput = None, as_json: option
 @app.command("plot")
 def _plot(run: RunFile, output: options.Output, speed: float = 1, as_json: options.Json = False) -> None:
     if not math.isfinite(speed) or not 0.001 <= speed <= 100_000:
-        raise MotorcadeError("option-not-allowed", option="--speed", value=f"{speed:g}", allowed="0.001 to 100000")
+        raise InputError("option-not-allowed", option="--speed", value=f"{speed:g}", allowed="0.001 to 100000")
     with needs_extra("drawing", "runs"):
         from motorcade.cli.console import drawing_texts, progress_bar
         from motorcade.runs.recorder import draw, open_recording

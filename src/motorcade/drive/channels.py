@@ -18,8 +18,8 @@ from motorcade.drive.wire import (
     MOST_REQUEST_BYTES,
     OUTCOMES,
     WORDS,
-    DriveError,
     DriveRequest,
+    SessionError,
     newest_of_each_code,
     pack_frame,
     read_request,
@@ -249,7 +249,7 @@ class CommandChannel(Channel, asyncio.BufferedProtocol):
         for index in newest:
             try:
                 outcome = OUTCOMES[self.own.command(words[index], before + index + 1)]
-            except DriveError as problem:
+            except SessionError as problem:
                 self._hang_up(Phrase("client-without-place", reason=problem))
                 return
             if self.own.counts[outcome] == _TOLD_AT.get(outcome):
@@ -298,7 +298,7 @@ class TelemetryChannel(Channel, asyncio.Protocol):
                 self._take(text)
                 if self.line is None:
                     return
-        except DriveError as problem:
+        except SessionError as problem:
             self._tell(who_speaks(bytes(self._received), self.clients.byte_order, problem))
             self._close(problem)
 
@@ -307,7 +307,7 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         self._periods += 1
         try:
             self._settle()
-        except DriveError as problem:
+        except SessionError as problem:
             self._close(problem)
             return
         self._send_telemetry(telemetry)
@@ -317,13 +317,13 @@ class TelemetryChannel(Channel, asyncio.Protocol):
             self._send({"kind": "telemetry"} | telemetry | {"you": self._you()})
 
     def _settle(self) -> None:
-        """Find the client's connection for commands, or take a place of its own in time. Raises DriveError."""
+        """Find the client's connection for commands, or take a place of its own in time. Raises SessionError."""
         if self._has_partner() or self._found(by_port=True) or self._periods < _PERIODS_TO_JOIN:
             return
         if self._found(by_port=False):
             return
         if self._is_joining:
-            self._end_join(_refusal(DriveError("no-such-connection", port=self._port_named)))
+            self._end_join(_refusal(SessionError("no-such-connection", port=self._port_named)))
         self._take_place()
 
     def _has_partner(self) -> bool:
@@ -364,11 +364,11 @@ class TelemetryChannel(Channel, asyncio.Protocol):
             self._answer(request)
 
     def _take_place(self) -> None:
-        """Take a place for the session by which the client asks, unless it has one. Raises DriveError."""
+        """Take a place for the session by which the client asks, unless it has one. Raises SessionError."""
         if not (self._has_partner() or self._found(by_port=False) or self.own.has_place):
             watching = [each for each in self.clients.channels if each.own.has_place and each.client == self.client]
             if len(watching) >= MOST_WATCHERS:
-                raise DriveError("enough-of-you", most=MOST_WATCHERS)
+                raise SessionError("enough-of-you", most=MOST_WATCHERS)
         self.session.take_place()
 
     def _you(self) -> dict[str, Any] | None:
@@ -381,12 +381,12 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         is_in_rate = self._rate.allows(self.control.clock())
         try:
             request = read_request(text)
-        except DriveError as problem:
+        except SessionError as problem:
             self._refuse(None, problem)
             return
         # A stop needs no place and is never over the rate, so that nobody can keep the others from stopping the car.
         if request.do != "stop" and not is_in_rate:
-            self._refuse(request.do, DriveError("too-many-requests", most=_MOST_REQUESTS_PER_S))
+            self._refuse(request.do, SessionError("too-many-requests", most=_MOST_REQUESTS_PER_S))
         elif self._is_joining and request.do not in ("join", "stop"):
             self._held.append(request)
         else:
@@ -395,14 +395,14 @@ class TelemetryChannel(Channel, asyncio.Protocol):
     def _answer(self, request: DriveRequest) -> None:
         try:
             result = self._do(request)
-        except DriveError as problem:
+        except SessionError as problem:
             self._refuse(request.do, problem)
             return
         if result is not None:
             self._send({"kind": "answer", "do": request.do, "ok": True} | result)
 
     def _do(self, request: DriveRequest) -> dict[str, Any] | None:
-        """Do a request. Returns what the answer has beside "ok"; None where it comes later. Raises DriveError."""
+        """Do a request. Returns what the answer has beside "ok"; None where it comes later. Raises SessionError."""
         if request.do == "stop":
             self.session.stop()
             return {}
@@ -421,7 +421,7 @@ class TelemetryChannel(Channel, asyncio.Protocol):
             {"release": session.release, "clear": session.clear, "resume": session.resume_program}[request.do]()
         return {}
 
-    def _refuse(self, what: str | None, problem: DriveError) -> None:
+    def _refuse(self, what: str | None, problem: SessionError) -> None:
         self._send({"kind": "answer", "do": what} | _refusal(problem))
 
     def _send(self, frame: dict[str, Any]) -> None:
@@ -431,7 +431,7 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         if self.line.get_write_buffer_size() > _MOST_WAITING_BYTES:
             self.drop()
 
-    def _close(self, problem: DriveError) -> None:
+    def _close(self, problem: SessionError) -> None:
         """Say why, and hang up when that has left."""
         self._refuse(None, problem)
         self.control.turned_away += 1
@@ -439,6 +439,6 @@ class TelemetryChannel(Channel, asyncio.Protocol):
             self.line.close()
 
 
-def _refusal(problem: DriveError) -> dict[str, Any]:
+def _refusal(problem: SessionError) -> dict[str, Any]:
     sentences = {language: problem.sentence(language) for language in languages()}
     return {"ok": False, "code": problem.code} | sentences

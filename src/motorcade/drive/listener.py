@@ -32,6 +32,10 @@ _YOUNG_S = 2.0
 _KEEPALIVE = (("TCP_KEEPIDLE", 4), ("TCP_KEEPINTVL", 2), ("TCP_KEEPCNT", 3))
 
 
+class PortTakenError(MotorcadeError):
+    """Another program listens at the port."""
+
+
 def bind(host: str, port: int, program: str = "car") -> socket.socket:
     """A socket that listens at an address of this computer.
 
@@ -41,7 +45,8 @@ def bind(host: str, port: int, program: str = "car") -> socket.socket:
         program: what listens, for the sentence of an error: "car", "remote" or "studio".
 
     Raises:
-        MotorcadeError: "no-local-address", "port-taken" or "address-unusable".
+        PortTakenError: another program listens there.
+        MotorcadeError: "no-local-address" or "address-unusable".
     """
     who = Phrase(f"program-{program}")
     try:
@@ -50,7 +55,7 @@ def bind(host: str, port: int, program: str = "car") -> socket.socket:
         raise MotorcadeError("no-local-address", host=host[:60]) from None
     except OSError as problem:
         if problem.errno == errno.EADDRINUSE:
-            raise MotorcadeError("port-taken", port=port, program=who) from None
+            raise PortTakenError("port-taken", port=port, program=who) from None
         raise MotorcadeError("address-unusable", program=who, host=host[:60], port=port, reason=problem) from None
 
 

@@ -16,7 +16,7 @@ from motorcade.config.profile import Profile
 from motorcade.drive.activity_log import Record
 from motorcade.drive.motors import NEUTRAL_SETPOINT, Command, Setpoint, Switchboard, Wheels, command_in
 from motorcade.drive.stamps import STAMP_MASK, Freshness
-from motorcade.drive.wire import COUNTS, NO_HARDWARE, OUTCOMES, OVER_RATE, STALE, DriveError, Telemetry, stick_word
+from motorcade.drive.wire import COUNTS, NO_HARDWARE, OUTCOMES, OVER_RATE, STALE, SessionError, Telemetry, stick_word
 from motorcade.timing import RateLimit
 from motorcade.words.field import WordError
 from motorcade.words.formats import switch_words
@@ -66,7 +66,7 @@ class CarControl:
         self.record: Record = lambda did, who: None
 
     def take_place(self, session: "ControlSession") -> None:
-        """Give a session one of the nine places, unless it has one or is over. Raises DriveError: "full"."""
+        """Give a session one of the nine places, unless it has one or is over. Raises SessionError: "full"."""
         with self._lock:
             if session.has_place or session.is_over or self._is_closed:
                 return
@@ -78,7 +78,7 @@ class CarControl:
             loser.replaced()
 
     def _who_gives_way(self, newcomer: "ControlSession") -> "ControlSession | None":
-        """The session that gives its place to a newcomer; None where a place is free. Raises DriveError: "full".
+        """The session that gives its place to a newcomer; None where a place is free. Raises SessionError: "full".
 
         Where all are taken it is the one that sent no command for longest, if that is more than ``hand_over_ms``; else
         one of the client that has the most, but not the driver's, if that client has two more than the newcomer. A
@@ -93,7 +93,7 @@ class CarControl:
         places = Counter(session.client for session in sessions)
         most = max(places.values())
         if most < places[newcomer.client] + 2:
-            raise DriveError("full", sessions=MOST_SESSIONS)
+            raise SessionError("full", sessions=MOST_SESSIONS)
         others = [each for each in sessions if places[each.client] == most and each.number != driver]
         return max(others, key=lambda session: session.silent_ms)
 
@@ -297,7 +297,7 @@ class ControlSession:
         return elapsed_ms(self._control.clock(), self.commanded_ms)
 
     def take_place(self) -> None:
-        """Take a place at the car, unless it has one. Raises DriveError: "full"."""
+        """Take a place at the car, unless it has one. Raises SessionError: "full"."""
         self._control.take_place(self)
 
     def steer(self, throttle: float, steering: float, **switches: int) -> None:
@@ -315,7 +315,7 @@ class ControlSession:
 
         Raises:
             WordError: it is no DRIVE word, which is counted.
-            DriveError: "full".
+            SessionError: "full".
         """
         try:
             command = command_in(word & ~STAMP_MASK)
@@ -347,18 +347,18 @@ class ControlSession:
         return self._control.change(self, lambda arbiter, now: self.freshness.clock_to_answer(now))
 
     def answer_clock(self, clock: int, number: int, stamp: int) -> None:
-        """Take the client's answer; see `motorcade.drive.stamps.Freshness.take_answer`. Raises DriveError: "full"."""
+        """Take the client's answer; see `motorcade.drive.stamps.Freshness.take_answer`. Raises SessionError: "full"."""
         self.take_place()
         self._control.change(self, lambda arbiter, now: self.freshness.take_answer(clock, number, stamp, now))
 
     async def act(self, action: str) -> None:
-        """Do `request`, `release`, `stop`, `clear` or `resume_program`; a remote car waits there. Raises DriveError."""
+        """Do `request`, `release`, `stop`, `clear` or `resume_program`; a remote car waits. Raises SessionError."""
         getattr(self, action)()
 
     def request(self) -> bool:
         """Ask for the wheel: True where this session has it now; else it comes when the driver stops or leaves.
 
-        Raises DriveError: "full".
+        Raises SessionError: "full".
         """
         self.take_place()
         return bool(self._control.change(self, lambda arbiter, now: arbiter.request(self.number, now)))
@@ -373,7 +373,7 @@ class ControlSession:
         self._control.record("stops", self.name)
 
     def clear(self) -> None:
-        """Lift the emergency stop; a command with speed 0 then arms the car. Raises DriveError: "full"."""
+        """Lift the emergency stop; a command with speed 0 then arms the car. Raises SessionError: "full"."""
         self.take_place()
         self._control.change(None, lambda arbiter, now: arbiter.clear())
         self._control.record("clears", self.name)
@@ -381,13 +381,13 @@ class ControlSession:
     def resume_program(self) -> None:
         """Give the wheels to the car's image again.
 
-        Raises DriveError: the car has no program, another session drives, or the emergency stop holds.
+        Raises SessionError: the car has no program, another session drives, or the emergency stop holds.
         """
         self.take_place()
         if not self._control.board.has_program:
-            raise DriveError("no-program")
+            raise SessionError("no-program")
         if not self._control.change(self, lambda arbiter, now: arbiter.resume(self.number, now)):
-            raise DriveError("not-yours")
+            raise SessionError("not-yours")
         self._control.record("resumes", self.name)
 
     def leave(self) -> None:

@@ -54,6 +54,10 @@ _PORTS_EVERY_S = 1.0
 ALL = "all"
 
 
+class NoSuchCarError(MotorcadeError):
+    """No car of that name was found."""
+
+
 class Cars:
     """The cars at many places, connected while the block runs: ``async with Cars(places) as cars: ...``.
 
@@ -279,7 +283,7 @@ class Cars:
         answered = [each for each in known if each.has_answered or not each.place.found]
         found = written or [each for each in answered if name in (each.place.address, each.name)]
         if not found:
-            raise MotorcadeError("no-such-car", car=safe_name(name))
+            raise NoSuchCarError("no-such-car", car=safe_name(name))
         if len(found) > 1:
             where = ", ".join(sorted(each.place.address for each in found))
             raise MotorcadeError("name-of-two-cars", car=safe_name(name), list=where)

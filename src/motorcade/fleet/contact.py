@@ -9,7 +9,7 @@ from time import monotonic
 from typing import NamedTuple
 
 from motorcade.drive.client import DriveClient
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import MotorcadeError, Phrase, TransferError
 from motorcade.fleet.link import Answer, Link, connect
 from motorcade.fleet.places import Place, safe_name
 from motorcade.sockets import LAST_PORT
@@ -32,6 +32,14 @@ _TELEMETRY_PORTS = 4
 # For so long it may be silent there, so long where it takes keys.
 _TELEMETRY_S, _TLS_TELEMETRY_S = 1.0, 3.0
 _BACK_S = 5.0
+
+
+class CarAwayError(TransferError):
+    """A car of the list doesn't answer now."""
+
+
+class NoCarError(TransferError):
+    """What answers isn't a car."""
 
 
 class CarStatus(NamedTuple):
@@ -160,21 +168,20 @@ class Contact:
                 self._hear(answer.result())
                 if not self._problem:
                     return
-        raise self._problem or MotorcadeError("car-away", car=self.name)
+        raise self._problem or CarAwayError("car-away", car=self.name)
 
     async def run(self) -> None:
         """Stay connected, and ask again and again until cancelled; return where what nobody named is no car."""
         while True:
             await self.attempt()
-            if self.place.found and self._problem and self._problem.code == "no-car-at-port":
+            if self.place.found and isinstance(self._problem, NoCarError):
                 return
             await asyncio.sleep(self.pause_s)
 
     @property
     def pause_s(self) -> float:
         """How long until the next try; whoever was no car, by what it said, costs little."""
-        is_strange = self._problem is not None and self._problem.code == "no-car-at-port"
-        return _STRANGE_S if is_strange else _AGAIN_S
+        return _STRANGE_S if isinstance(self._problem, NoCarError) else _AGAIN_S
 
     async def attempt(self) -> None:
         """Connect once, and ask again and again until the connection ends."""
@@ -194,7 +201,8 @@ class Contact:
 
     async def load(self, image: bytes, progress: "Callable[[Contact, int], None]") -> Verdict:
         """Upload ``image``, again where the connection breaks; ``progress`` gets the number of bytes sent so far."""
-        holds, error = AWAY, None
+        holds = AWAY
+        error: MotorcadeError | None = None
         for number in range(_TRIES):
             # A car that is known to be away keeps nobody waiting.
             with suppress(TimeoutError):
@@ -215,9 +223,9 @@ class Contact:
                 holding = holds_phrase(holds)
                 if self.place.host:
                     reason = Phrase("connection-ended")
-                    error = MotorcadeError("connection-broke", port=self.name, reason=reason, holds=holding)
+                    error = TransferError("connection-broke", port=self.name, reason=reason, holds=holding)
                 else:
-                    error = MotorcadeError("went-away", port=self.name, holds=holding)
+                    error = TransferError("went-away", port=self.name, holds=holding)
                 self._answers.clear()
                 if link.is_strange:
                     break
@@ -228,7 +236,7 @@ class Contact:
             await asyncio.sleep(BEAT_S)
         if holds == AWAY:
             # What is wrong with a port says more.
-            error = (None if self.place.host else self._problem) or MotorcadeError("car-away", car=self.name)
+            error = (None if self.place.host else self._problem) or CarAwayError("car-away", car=self.name)
         return Verdict(self.name, self.place.address, holds, error)
 
     async def _use(self, link: Link) -> None:
@@ -249,8 +257,8 @@ class Contact:
                 self._answers.clear()
                 self.is_known.set()
         if link.is_strange or not (self.place.host or link.heard):
-            raise MotorcadeError("no-car-at-port", port=self.place.address)
-        raise MotorcadeError("car-away", car=self.name)
+            raise NoCarError("no-car-at-port", port=self.place.address)
+        raise CarAwayError("car-away", car=self.name)
 
     def _send(self, link: Link, kind: str) -> None:
         orders = self._orders
@@ -299,10 +307,10 @@ class DriveContact(Contact):
         return known._replace(state=safe_name(telemetry.state or ""), battery_mv=telemetry.battery_mv, away=False)
 
     async def ask(self, kind: str, name: str = "") -> None:
-        raise MotorcadeError("car-only-drives", car=self.name)
+        raise TransferError("car-only-drives", car=self.name)
 
     async def load(self, image: bytes, progress: "Callable[[Contact, int], None]") -> Verdict:
-        return Verdict(self.name, self.place.address, OLD, MotorcadeError("car-only-drives", car=self.name))
+        return Verdict(self.name, self.place.address, OLD, TransferError("car-only-drives", car=self.name))
 
     @property
     def answers(self) -> bool:

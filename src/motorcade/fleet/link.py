@@ -15,7 +15,7 @@ from time import monotonic
 
 import serial
 
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, TransferError
 from motorcade.fleet.places import Place, network_place
 from motorcade.timing import monotonic_ms
 from motorcade.upload.serial_port import open_port
@@ -205,10 +205,10 @@ async def connect(place: Place, tls: ssl.SSLContext | None, baud: int) -> Link:
     except ssl.SSLError as problem:
         # It answers without TLS.
         code = "car-takes-no-keys" if problem.reason == "WRONG_VERSION_NUMBER" else "car-keys-refused"
-        raise MotorcadeError(code, address=place.address) from None
+        raise TransferError(code, address=place.address) from None
     except (OSError, UnicodeError) as problem:
         # UnicodeError: no host can have that name.
-        raise MotorcadeError("no-car-at-address", port=place.address, reason=problem) from None
+        raise TransferError("no-car-at-address", port=place.address, reason=problem) from None
     return link
 
 
@@ -237,7 +237,7 @@ def _socket_of(port: serial.Serial) -> socket.socket:
 
 def _refusal(reason: str) -> MotorcadeError:
     if reason.startswith("name-"):
-        return MotorcadeError("car-keeps-no-name")
+        return TransferError("car-keeps-no-name")
     if reason.startswith("image-header"):
-        return MotorcadeError("car-old-protocol")
-    return MotorcadeError("car-refuses", reason=reason)
+        return TransferError("car-old-protocol")
+    return TransferError("car-refuses", reason=reason)

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from motorcade.config.files import parse, read_text
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import MotorcadeError, Phrase, TransferError
 from motorcade.extras import install_command
 from motorcade.sockets import DRIVE_PORT, host_and_port, port_behind, way_out
 
@@ -61,7 +61,7 @@ def place_of(address: str, name: str = "") -> Place:
     # COM3 and /dev/ttyUSB0 have no colon; a path such as /dev/serial/by-id/… may.
     if not kind and (scheme or not host or rest.startswith("/") or not port.isdecimal()):
         if not rest or not address.isprintable():
-            raise MotorcadeError("not-a-port-name", port=address)
+            raise TransferError("not-a-port-name", port=address)
         return Place(address.strip(), name)
     return network_place(*host_and_port(rest, DRIVE_PORT if kind == DRIVE else UPLOAD_PORT), name, kind or CAR)
 

@@ -12,10 +12,10 @@ from typing import Any, Literal, NamedTuple
 
 from motorcade.cameras.broadcast import Camera, WebCamera
 from motorcade.drive.client import DriveClient
-from motorcade.drive.connection import CarError, CarRefusesError
+from motorcade.drive.connection import AwayError, CarRefusesError
 from motorcade.drive.session import MOST_SESSIONS, CarControl, ControlSession
-from motorcade.drive.wire import DriveError
-from motorcade.errors import MotorcadeError
+from motorcade.drive.wire import SessionError
+from motorcade.errors import DriveError, MotorcadeError
 from motorcade.server.remote_messages import ListedCar
 from motorcade.service.messages import sentences
 
@@ -165,7 +165,7 @@ class RemoteControl:
     A car that can't be reached stands still.
 
     Args:
-        cars: begin and end its client. Raises DriveError where the car has too many.
+        cars: begin and end its client. Raises SessionError where the car has too many.
         car: to which it connects.
         page: its name.
 
@@ -231,7 +231,7 @@ class RemoteControl:
             except CarRefusesError:
                 self._stop_pending = False
                 raise
-            except CarError:
+            except DriveError:
                 await asyncio.sleep(_AGAIN_S)
 
     def telemetry(self) -> dict[str, Any]:
@@ -275,7 +275,7 @@ def _now_s() -> float:
 
 def _why(client: DriveClient) -> dict[str, str] | None:
     problem: MotorcadeError | None = client.problem
-    if problem and problem.code == "away":
+    if isinstance(problem, AwayError):
         # Its own sentence has a count of seconds, which a screen reader would read aloud every second.
         problem = MotorcadeError("car-out-of-reach", detail=problem.details["detail"])
     return sentences(problem) if problem else None
@@ -338,11 +338,11 @@ class RemoteCars(Fleet):
         return [control.client for control in self._controls[car] if control.client]
 
     def begin(self, found: RemoteCar) -> DriveClient:
-        """Begin a client of a car. Raises DriveError where it has too many, and all of them are used."""
+        """Begin a client of a car. Raises SessionError where it has too many, and all of them are used."""
         if len(self._clients(found.name)) >= MOST_SESSIONS:
             idlest = max(self._controls[found.name], key=lambda control: control.idle_s)
             if idlest.idle_s <= IDLE_S:
-                raise DriveError("full", sessions=MOST_SESSIONS)
+                raise SessionError("full", sessions=MOST_SESSIONS)
             idlest.give_up_client()
         client = DriveClient(
             found.host,

@@ -36,7 +36,6 @@ _LAST_WORDS_S = 1.0
 _PARTS, _NOT_ALLOWED = ("websocket.send", "http.response.body"), 1008
 # Paths that may be opened with the token in the address, and paths that only our own pages may request.
 _PAGES = ("/", "/drive")
-_TOKEN_CODES = ("token-needed", "wrong-token")
 _CAMERA = "/camera"
 _GUARDED = ("/api/", "/drive/", _CAMERA)
 # A Host header.
@@ -57,6 +56,10 @@ _HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
 }
+
+
+class TokenError(MotorcadeError):
+    """A request comes without the token that it needs, or with another one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,7 +131,7 @@ class RequestFilter:
                 self._check_token(scope, holder)
         except MotorcadeError as problem:
             # Somebody who opens the page without the token has to read what to do.
-            is_read = scope["type"] == "http" and scope["path"] in _PAGES and problem.code in _TOKEN_CODES
+            is_read = scope["type"] == "http" and scope["path"] in _PAGES and isinstance(problem, TokenError)
             await _respond(refusal_page(problem) if is_read else error_response(problem), scope, receive, send)
             return
         if shown:
@@ -251,7 +254,7 @@ class RequestFilter:
             # Programs that show a camera have no cookies.
             shown = connection.query_params.get("token", "")
         if token is not None and not _is_token(shown, token):
-            raise MotorcadeError("token-needed")
+            raise TokenError("token-needed")
 
     def _shown_token(self, scope: Scope) -> bool:
         """Whether the page is opened with the token in its address."""
@@ -259,7 +262,7 @@ class RequestFilter:
         if self._settings.token is None or shown is None:
             return False
         if not _is_token(shown, self._settings.token):
-            raise MotorcadeError("wrong-token")
+            raise TokenError("wrong-token")
         return True
 
     def _store_token(self, scope: Scope) -> Response:

@@ -9,7 +9,7 @@ import msgspec
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats.document import document_in, mat_of
 from motorcade.program.blocks import Workspace, blocks_of, program_of
-from motorcade.program.diagnostics import ProgramError
+from motorcade.program.diagnostics import NotJsonError, ProgramError
 from motorcade.program.model import FORMAT, Program, program_from_dict, read_document
 from motorcade.service.messages import Difficulty, Example, MatDocument, Project, sentences
 
@@ -66,9 +66,7 @@ def open_file(text: str) -> Project:
     """Return the project in a file that a user chose. Raises MotorcadeError, which says what other files are."""
     try:
         document = read_document(text)
-    except ProgramError as problem:
-        if problem.diagnostics[0].code != "not-json":
-            raise
+    except NotJsonError as problem:
         if "motorcade-program" in text:
             raise MotorcadeError("project-not-whole", reason=problem) from None
         raise MotorcadeError("not-a-project") from None

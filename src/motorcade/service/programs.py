@@ -239,9 +239,9 @@ def _words(compiled: Compiled, program: Program) -> list[messages.Word]:
 
 def _costliest(compiled: Compiled, too_many: str, prefix: str, steps: Sequence[Step]) -> messages.Costliest | None:
     """Return the one of ``steps`` that makes the most words; the paths of these steps begin with ``prefix``."""
-    for each in compiled.diagnostics:
-        if each.code == too_many:
-            return messages.Costliest(each.id, each.details["cost"])
+    for diagnostic in compiled.diagnostics:
+        if diagnostic.code == too_many:
+            return messages.Costliest(diagnostic.id, diagnostic.details["cost"])
     counts = Counter(
         int(path.removeprefix(prefix).partition("]")[0]) for path, _ in compiled.origins if path.startswith(prefix)
     )

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from motorcade.car.board import Board
 from motorcade.car.loop import Car
 from motorcade.config.profile import Profile, built_in_profile, levels_of
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import MotorcadeError, Phrase, TransferError
 from motorcade.service import world_messages
 from motorcade.service.messages import ErrorAnswer, Port, sentences
 from motorcade.service.world_messages import Outcome, UploadAnswer, UploadOrder
@@ -62,7 +62,7 @@ class UploadSession:
         """Store bytes from the port for `advance`; None: the page has closed the port."""
         if data is None or self._count + len(data) > _MOST_BYTES:
             holds = holds_phrase(self._transfer.holds)
-            self._end(failed(MotorcadeError("went-away", port=WEB_SERIAL, holds=holds)))
+            self._end(failed(TransferError("went-away", port=WEB_SERIAL, holds=holds)))
             return
         self._count += len(data)
         self._data += data

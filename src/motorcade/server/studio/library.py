@@ -16,7 +16,7 @@ from stat import S_ISREG
 
 from filelock import FileLock
 
-from motorcade.config.files import raised_as, replace_file
+from motorcade.config.files import SaveError, raised_as, replace_file
 from motorcade.errors import MotorcadeError
 from motorcade.service.library import (
     DEFAULT_LIMITS,
@@ -60,7 +60,7 @@ class FolderStorage(Storage):
         self, owner: str, name: str, data: bytes, base: int | None = None, saved_at_s: float | None = None
     ) -> int:
         folder = self._owner_folder(owner) / folder_of(name)
-        with raised_as("cant-save", OSError):
+        with raised_as("cant-save", OSError, SaveError):
             newest = next(iter(_versions(folder)), None)
             if newest and _file(folder, newest.version).read_bytes() == data:
                 return newest.version
@@ -131,7 +131,7 @@ class FolderStorage(Storage):
         folder = self._owner_folder(owner)
         if not stars:
             return self.stars(owner).get(mission, [])
-        with raised_as("cant-save", OSError):
+        with raised_as("cant-save", OSError, SaveError):
             folder.mkdir(parents=True, exist_ok=True)
             with FileLock(folder / STARS_LOCK, timeout=LONGEST_WAIT_S):
                 before = self.stars(owner)

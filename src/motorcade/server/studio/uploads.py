@@ -12,7 +12,7 @@ from anyio import CapacityLimiter, from_thread, to_thread
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from motorcade.boards.computer import ImageStore, StoreError
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, TransferError
 from motorcade.server.page_socket import PageSocket, next_message
 from motorcade.server.request_filter import ServerSettings
 from motorcade.service.messages import Port
@@ -152,7 +152,7 @@ class Uploads:
 def _reach_car(order: UploadOrder, baud: int, put: Callable[[UploadAnswer], None]) -> None:
     # Some of pyserial's URLs write files, so a page may use listed ports only.
     if order.port not in {each.device for each in ports()}:
-        raise MotorcadeError("no-such-port", port=order.port)
+        raise TransferError("no-such-port", port=order.port)
     transfer = transfer_of(order, secrets.randbelow(256), put)
     run(transfer, order.port, baud)
     put(outcome_of(order, transfer, order.port))
