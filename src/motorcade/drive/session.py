@@ -1,6 +1,28 @@
 """Control of one car: the object that sockets and pages share, and their sessions. No sockets here.
 
-Every method may be called from any thread. `CarControl.beat` has to be called in time, as
+Theory of operation: One `CarControl` stands for the car. Whoever drives or watches it, by a socket or by a page, has a
+`ControlSession` of it. Three parts of it decide, each in one place:
+
+- *Places.* A session takes one of nine places with its first command or request, not by looking. Where all are taken,
+  `CarControl._who_gives_way` names the session that loses its own. So nobody can fill the car with silent
+  connections, and a client with many sessions loses one of them before another client does.
+- *Age and rate.* `CarControl.apply` asks `Freshness` whether a word was sent long ago, then the session's rate. A
+  command that stops or switches off is never over the rate, since it makes nothing worse.
+- *The wheel.* The `Arbiter` is a table of states. It knows sessions as numbers and says whose commands drive.
+
+A command passes through these three, in this order, and its outcome is an index of `OUTCOMES`, which its client is
+told. Whatever may have changed the arbiter ends in `CarControl._follow`: it makes wheels and switches do what the
+arbiter's state asks for, and writes into the log who drives. So no path can change who drives and leave the wheels as
+they were.
+
+Three things stop the wheels when no command does. The arbiter's failsafe ends a command that nobody renews: `beat`,
+called by the loop that takes the commands, asks it at least every 50 ms. If that loop is stuck, `watch`, called by
+another thread, finds the last beat old; it stops the wheels, and commands that wait in the loop's buffers are old by
+then, so a command with speed 0 has to arm the car. If a thread hangs in the hardware's driver and holds the lock,
+`watch` doesn't wait for it: it sets the board to neutral at once.
+
+Every method may be called from any thread: one lock guards sessions, arbiter and wheels. What is called back
+(``replaced``, ``left``) is called without it. `CarControl.beat` has to be called in time, as
 `motorcade.drive.server.watched` does.
 """
 
@@ -94,7 +116,7 @@ class CarControl:
         most = max(places.values())
         if most < places[newcomer.client] + 2:
             raise SessionError("full", sessions=MOST_SESSIONS)
-        others = [each for each in sessions if places[each.client] == most and each.number != driver]
+        others = [session for session in sessions if places[session.client] == most and session.number != driver]
         return max(others, key=lambda session: session.silent_ms)
 
     def change(self, session: "ControlSession | None", action: Callable[[Arbiter, int], _Result]) -> _Result | None:
