@@ -246,15 +246,22 @@ class Parts:
             return None
         body = head_end + 4
         found = _LENGTH.search(self._rest, 0, head_end)
-        length = int(found[1]) if found else None
-        end = body + length if length is not None else self._rest.find(self._boundary, max(body, self._searched))
+        length = None
+        if found:
+            length = int(found[1])
+        if length is not None:
+            end = body + length
+        else:
+            end = self._rest.find(self._boundary, max(body, self._searched))
         if end < body or end > len(self._rest):
             self._searched = len(self._rest) - ahead
             return None
         picture = bytes(self._rest[body:end])
         del self._rest[:end]
         self._searched = 0
-        return picture if length is not None else picture.removesuffix(b"\r\n")
+        if length is not None:
+            return picture
+        return picture.removesuffix(b"\r\n")
 
 
 class WebCamera:

@@ -59,7 +59,7 @@ class Network:
         """Show one of the addresses first: the room's tablets reach it. Raises MotorcadeError for any other."""
         if address not in self.addresses:
             raise MotorcadeError("not-found")
-        self.addresses.sort(key=lambda each: each != address)
+        self.addresses.sort(key=lambda shown: shown != address)
 
     @asynccontextmanager
     async def announced(self) -> AsyncIterator[None]:
@@ -102,8 +102,10 @@ class Network:
 def interfaces() -> list[tuple[str, str]]:
     """Return the names and the addresses of the network interfaces of this computer that are up."""
     up = {name for name, status in psutil.net_if_stats().items() if status.isup}
-    found = [(name, each) for name, addresses in psutil.net_if_addrs().items() if name in up for each in addresses]
-    return [(name, each.address) for name, each in found if each.family in (socket.AF_INET, socket.AF_INET6)]
+    found = [
+        (name, address) for name, addresses in psutil.net_if_addrs().items() if name in up for address in addresses
+    ]
+    return [(name, address.address) for name, address in found if address.family in (socket.AF_INET, socket.AF_INET6)]
 
 
 def likely_first(found: Iterable[tuple[str, str]], way_out: str | None = None) -> list[str]:
@@ -119,10 +121,14 @@ def likely_first(found: Iterable[tuple[str, str]], way_out: str | None = None) -
         there is none, those of IPv6, without link-local ones, which browsers don't open.
     """
     usable = [(name, text, ipaddress.ip_address(text.partition("%")[0])) for name, text in found]
-    usable = [each for each in usable if not (each[2].is_loopback or each[2].is_unspecified or each[2].is_multicast)]
-    of_ipv4 = [each for each in usable if each[2].version == 4]
+    usable = [
+        address
+        for address in usable
+        if not (address[2].is_loopback or address[2].is_unspecified or address[2].is_multicast)
+    ]
+    of_ipv4 = [address for address in usable if address[2].version == 4]
     ranked = []
-    for name, text, address in of_ipv4 or [each for each in usable if not each[2].is_link_local]:
+    for name, text, address in of_ipv4 or [address for address in usable if not address[2].is_link_local]:
         virtual = name.lower().startswith(_VIRTUAL)
         wireless = name.lower().startswith(_WIRELESS)
         ranked.append((virtual, address.is_link_local, text != way_out, not address.is_private, not wireless, text))

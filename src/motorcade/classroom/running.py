@@ -141,13 +141,17 @@ class RunningClass(Visitors):
     def remember(self, response: Response, connection: HTTPConnection, secret: str, *, teacher: bool = False) -> None:
         """Have a browser keep a pupil's or the teacher's secret."""
         # The server alone says how long the teacher is signed in: the clock of a browser may be set, too.
-        name = self._teacher_cookie if teacher else self._pupil_cookie
+        name = self._pupil_cookie
+        if teacher:
+            name = self._teacher_cookie
         secure = connection.scope["scheme"] in ("https", "wss")
         response.set_cookie(name, secret, max_age=_YEAR_S, httponly=True, samesite="strict", secure=secure)
 
     def forget(self, response: Response, connection: HTTPConnection, *, teacher: bool = False) -> None:
         """Sign a browser out."""
-        name = self._teacher_cookie if teacher else self._pupil_cookie
+        name = self._pupil_cookie
+        if teacher:
+            name = self._teacher_cookie
         device = digest(connection.cookies.get(name, ""))
         (self.room.sign_out if teacher else self.room.leave)(device)
         response.delete_cookie(name)
@@ -163,7 +167,10 @@ class RunningClass(Visitors):
         Args:
             since: the revision with which a request began: what was undone since then, it may have changed.
         """
-        since = self.room.revision if since is None else since
+        if since is None:
+            since = self.room.revision
+        else:
+            since = since
         try:
             async with self._storing:
                 revision = self.room.revision
@@ -281,7 +288,9 @@ class RunningClass(Visitors):
         if self.room.frozen and isinstance(message, Play | StepWorld):
             raise MotorcadeError("class-frozen")
         if isinstance(message, SetWorld):
-            mission = (message.mission.id or OWN) if message.mission else None
+            mission = None
+            if message.mission:
+                mission = message.mission.id or OWN
             self.room.note(visitor, partial(Presence.open_mission, mission=mission, now_s=self.settings.clock()))
             self.show_changes()
 
@@ -367,7 +376,7 @@ class EmergencyStop:
                 await act(car)
                 done.add(car)
 
-        cars = [each.car for each in await self._cars.listed()]
+        cars = [car.car for car in await self._cars.listed()]
         for before in self._pending:
             before.cancel()
         tasks = self._pending = [asyncio.create_task(do(car)) for car in cars]

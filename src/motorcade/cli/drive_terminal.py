@@ -97,7 +97,7 @@ class DriveTerminal:
         while key := self._terminal.inkey(timeout=0):
             if direction := _ARROWS.get(key.name or ""):
                 self._stick.press(direction, time.monotonic())
-            elif switch := next((each for each in SWITCHES if each.key == key.lower()), None):
+            elif switch := next((switch for switch in SWITCHES if switch.key == key.lower()), None):
                 if switch.is_held:
                     self._pressed_s[switch.name] = time.monotonic()
                 elif client.telemetry:
@@ -136,7 +136,9 @@ class DriveTerminal:
         lines += ["", *terminal.wrap(_text("keys"), width)]
         if client.telemetry:
             lines += [
-                _switch_line(each, client.telemetry) for each in SWITCHES if each.name in client.telemetry.switches
+                _switch_line(switch, client.telemetry)
+                for switch in SWITCHES
+                if switch.name in client.telemetry.switches
             ]
         shown = [terminal.truncate(line, width) + terminal.clear_eol for line in lines[:height]]
         print(terminal.home + "\r\n".join(shown) + terminal.clear_eos, end="", flush=True)

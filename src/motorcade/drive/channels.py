@@ -117,7 +117,9 @@ class Channel(asyncio.BaseProtocol):
     @property
     def session(self) -> ControlSession:
         """The client's session."""
-        return self.commands.own if self.commands else self.own
+        if self.commands:
+            return self.commands.own
+        return self.own
 
     def has_session(self) -> bool:
         """Whether the client drives or watches."""
@@ -337,12 +339,12 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         It is the one at the port that the client names, or the only one that has no telemetry channel.
         """
         channels = self.clients.channels
-        found = [each for each in self.clients.commands if each.client == self.client]
+        found = [commands for commands in self.clients.commands if commands.client == self.client]
         if by_port:
-            found = [each for each in found if each.port == self._port_named][:1]
+            found = [commands for commands in found if commands.port == self._port_named][:1]
         else:
-            taken = [each.commands for each in channels]
-            found = [each for each in found if each not in taken]
+            taken = [channel.commands for channel in channels]
+            found = [commands for commands in found if commands not in taken]
         if len(found) != 1:
             self.commands = None
             return False
@@ -366,7 +368,9 @@ class TelemetryChannel(Channel, asyncio.Protocol):
     def _take_place(self) -> None:
         """Take a place for the session by which the client asks, unless it has one. Raises SessionError."""
         if not (self._has_partner() or self._found(by_port=False) or self.own.has_place):
-            watching = [each for each in self.clients.channels if each.own.has_place and each.client == self.client]
+            watching = [
+                channel for channel in self.clients.channels if channel.own.has_place and channel.client == self.client
+            ]
             if len(watching) >= MOST_WATCHERS:
                 raise SessionError("enough-of-you", most=MOST_WATCHERS)
         self.session.take_place()
@@ -374,7 +378,9 @@ class TelemetryChannel(Channel, asyncio.Protocol):
     def _you(self) -> dict[str, Any] | None:
         if self.commands:
             return self.session.you() | {"clock": self.session.clock_to_answer()}
-        return self.own.you() if self.own.has_place else None
+        if self.own.has_place:
+            return self.own.you()
+        return None
 
     def _take(self, text: bytes) -> None:
         """Answer a request, or let it wait for the client's connection for commands."""

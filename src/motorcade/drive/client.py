@@ -82,12 +82,18 @@ class DriveClient:
     ) -> None:
         if not _PERIOD_S <= fresh_s <= 1:
             raise ValueError(f"fresh_s is {fresh_s!r}; allowed: {_PERIOD_S} to 1")
-        tls = client_context(Path(keys)) if isinstance(keys, Path | str) else keys
-        telemetry_at = port_behind(port) if telemetry_port is None else telemetry_port or None
-        if tls and telemetry_at is None:
+        if isinstance(keys, Path | str):
+            keys = client_context(Path(keys))
+        if telemetry_port is None:
+            telemetry_port = port_behind(port)
+        telemetry_at = telemetry_port or None
+        if keys and telemetry_at is None:
             raise MotorcadeError("keys-need-telemetry")
-        self._address = Address(host, port, telemetry_at, tls, (car or host) if tls else None)
-        self._patience_s = PATIENCE_S if patience_s is None else patience_s
+        self._address = Address(host, port, telemetry_at, keys, (car or host) if keys else None)
+        if patience_s is None:
+            self._patience_s = PATIENCE_S
+        else:
+            self._patience_s = patience_s
         self._switch = DeadmanSwitch(round(fresh_s * 1000), rearm)
         self.telemetry: Telemetry | None = None
         self.you: dict[str, Any] = {}
@@ -133,7 +139,9 @@ class DriveClient:
     @property
     def problem(self) -> DriveError | None:
         """Why the car can't be reached now; None while it sends telemetry, and until the first try has failed."""
-        return None if self.telemetry or self._problem is None else self._away()
+        if self.telemetry or self._problem is None:
+            return None
+        return self._away()
 
     @property
     def silent_ms(self) -> int:
@@ -265,7 +273,7 @@ class DriveClient:
                 tasks.append(asyncio.ensure_future(connection.ask(do="release")))
                 await asyncio.wait(tasks[2:], return_when=asyncio.FIRST_COMPLETED)
             reasons = [task.exception() for task in tasks if task.done()]
-            raise next((each for each in reasons if isinstance(each, CarRefusesError)), reasons[0]) or EOFError
+            raise next((reason for reason in reasons if isinstance(reason, CarRefusesError)), reasons[0]) or EOFError
         finally:
             for task in tasks:
                 task.cancel()
@@ -315,7 +323,9 @@ class DriveClient:
                 self._connection.send(self._stamped(NEUTRAL))
                 return
             self._connection.send(self._stamped(stick_word(*axes)))
-            present = self.telemetry.switches if self.telemetry else {}
+            present = {}
+            if self.telemetry:
+                present = self.telemetry.switches
             for word in switch_words(self._switch.switches(_ticks()), present or {}):
                 self._connection.send(self._stamped(word))
 
@@ -327,7 +337,9 @@ class DriveClient:
 
     def _stamped(self, word: int) -> int:
         """A word with its stamp, which only a car with telemetry can ask to be answered for after a silence."""
-        return word if self._address.telemetry_port is None else word | _stamp()
+        if self._address.telemetry_port is None:
+            return word
+        return word | _stamp()
 
     @property
     def _is_proven(self) -> bool:
@@ -337,7 +349,9 @@ class DriveClient:
 
     def _silent_s(self) -> float:
         """Time since the last telemetry; 0 where the car sends none."""
-        return 0.0 if self._address.telemetry_port is None else _now_s() - self._received_s
+        if self._address.telemetry_port is None:
+            return 0.0
+        return _now_s() - self._received_s
 
     async def _ask(self, what: str) -> dict[str, Any]:
         if self._connection is None:
@@ -363,13 +377,17 @@ class DriveClient:
         if isinstance(self._problem, LastingDriveError) and not self._was_reached:
             return self._problem
         is_late = self._problem is not None or self._connection is None
-        return self._away() if is_late and _now_s() - self._away_since_s > self._patience_s else None
+        if is_late and _now_s() - self._away_since_s > self._patience_s:
+            return self._away()
+        return None
 
     def _away(self) -> DriveError:
         if self._problem and (not self._was_reached or isinstance(self._problem, CarRefusesError)):
             return self._problem
         seconds = f"{_now_s() - self._away_since_s:.0f}"
-        details = self._problem.details if self._problem else {}
+        details = {}
+        if self._problem:
+            details = self._problem.details
         detail = details.get("detail") or Phrase("gives-no-answer")
         return AwayError("away", car=str(self._address), seconds=seconds, detail=detail)
 

@@ -97,7 +97,9 @@ class Connection:
 
     def send(self, word: int) -> None:
         """Send a DRIVE word, the first one twice: a car believes two words at once, and one after a while."""
-        times = 1 if self._sent else 2
+        times = 2
+        if self._sent:
+            times = 1
         self._sent += times
         self._commands[1].write(pack_word(word) * times)
 
@@ -234,7 +236,9 @@ async def _greeting(address: Address, telemetry: _Stream, takes_keys: bool) -> b
 
 
 def _no_telemetry(address: Address, problem: OSError) -> DriveError:
-    detail = Phrase("takes-too-long") if isinstance(problem, TimeoutError) else problem
+    detail: OSError | Phrase = problem
+    if isinstance(problem, TimeoutError):
+        detail = Phrase("takes-too-long")
     return DriveError("no-telemetry", car=str(address), port=address.telemetry_port, detail=detail)
 
 

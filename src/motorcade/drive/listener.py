@@ -301,7 +301,9 @@ class Listener:
         if len(alike) < places.most_of_one_address and len(self._slots) < places.most:
             return True
         is_burst = len(alike) < places.most_of_one_address * places.burst
-        candidates = alike if len(alike) >= places.most_of_one_address else self._slots
+        candidates = self._slots
+        if len(alike) >= places.most_of_one_address:
+            candidates = alike
         # In a burst requests are on their way.
         since_s = asyncio.get_running_loop().time() - (_YOUNG_S if is_burst and places.burst > 1 else 0.0)
         idle = [slot for slot in candidates if not slot.protocol.has_session() and slot.made_s <= since_s]
@@ -315,7 +317,9 @@ class Listener:
         if oldest is None and is_burst:
             if len(self._slots) < places.most:
                 return True
-            oldest = self._oldest_of_many() if places.shares else None
+            oldest = None
+            if places.shares:
+                oldest = self._oldest_of_many()
         if oldest is None:
             return False
         self._turned_away()
@@ -327,11 +331,15 @@ class Listener:
         """The oldest connection of whoever has most, except those that stay; None where everybody has one."""
         slots = [slot for slot in self._slots if not slot.protocol.stays]
         counts = Counter(slot.whose() for slot in slots)
-        whose, count = max(counts.items(), key=lambda each: each[1], default=("", 0))
-        return next(slot for slot in slots if slot.whose() == whose) if count > 1 else None
+        whose, count = max(counts.items(), key=lambda waiting: waiting[1], default=("", 0))
+        if count > 1:
+            return next(slot for slot in slots if slot.whose() == whose)
+        return None
 
     async def _open(self, line: socket.socket, protocol: Connected) -> None:
-        timeout_s = HANDSHAKE_S if self._tls else None
+        timeout_s = None
+        if self._tls:
+            timeout_s = HANDSHAKE_S
         await asyncio.get_running_loop().connect_accepted_socket(
             lambda: cast(asyncio.BaseProtocol, protocol),
             line,

@@ -133,7 +133,10 @@ class CarControl:
 
     def apply(self, session: "ControlSession", word: int, command: Command, number: int) -> int:
         """Take the command ``number`` of ``session``. Returns its outcome, see `motorcade.drive.wire.OUTCOMES`."""
-        is_off = not any(command.values()) if isinstance(command, dict) else command[2] == 0
+        if isinstance(command, dict):
+            is_off = not any(command.values())
+        else:
+            is_off = command[2] == 0
         with self._lock:
             now = self.clock()
             if not session.freshness.is_fresh(word & STAMP_MASK, now, number, is_off, isinstance(command, tuple)):
@@ -216,7 +219,10 @@ class CarControl:
         try:
             now = self.clock()
             rest_ms = self.arbiter.tick(now)
-            late_ms = 0 if self._beat_ms is None else elapsed_ms(now, self._beat_ms)
+            if self._beat_ms is None:
+                late_ms = 0
+            else:
+                late_ms = elapsed_ms(now, self._beat_ms)
             if late_ms >= self.limits.watchdog_ms:
                 self._stalls += not self._is_stuck
                 self._is_stuck = True

@@ -136,7 +136,10 @@ class Contact:
     def status(self) -> CarStatus:
         """What is known of the car."""
         fields = self._fields
-        silent_s = None if self._heard_s is None else round(monotonic() - self._heard_s, 1)
+        if self._heard_s is None:
+            silent_s = None
+        else:
+            silent_s = round(monotonic() - self._heard_s, 1)
         texts = {key: safe_name(fields.get(key, "")) for key in ("role", "board", "version", "state")}
         return CarStatus(
             self.name,
@@ -181,7 +184,9 @@ class Contact:
     @property
     def pause_s(self) -> float:
         """How long until the next try; whoever was no car, by what it said, costs little."""
-        return _STRANGE_S if isinstance(self._problem, NoCarError) else _AGAIN_S
+        if isinstance(self._problem, NoCarError):
+            return _STRANGE_S
+        return _AGAIN_S
 
     async def attempt(self) -> None:
         """Connect once, and ask again and again until the connection ends."""
@@ -252,7 +257,10 @@ class Contact:
             if self._loads or not is_asked:
                 # Its answers to the upload tell as much.
                 self._heard_s = monotonic()
-            missed = missed + 1 if self._heard_s == heard_s else 0
+            if self._heard_s == heard_s:
+                missed = missed + 1
+            else:
+                missed = 0
             if missed:
                 self._answers.clear()
                 self.is_known.set()
@@ -295,13 +303,17 @@ class DriveContact(Contact):
 
     def add_telemetry_port(self, port: int) -> None:
         """Look for telemetry at this port too, first; of many the oldest is left out, but not the usual one."""
-        usual = [self.place.port + 1] if self.place.port < LAST_PORT else []
+        usual = []
+        if self.place.port < LAST_PORT:
+            usual = [self.place.port + 1]
         others = [other for other in self._telemetry_ports if other not in (port, *usual)]
         self._telemetry_ports = list(dict.fromkeys([port, *others[: _TELEMETRY_PORTS - 2], *usual]))
 
     def status(self) -> CarStatus:
         known = super().status()
-        telemetry = self._client.telemetry if self._client else None
+        telemetry = None
+        if self._client:
+            telemetry = self._client.telemetry
         if telemetry is None:
             return known
         return known._replace(state=safe_name(telemetry.state or ""), battery_mv=telemetry.battery_mv, away=False)
@@ -338,7 +350,10 @@ class DriveContact(Contact):
                 if client.telemetry and (kind := self.wanted):
                     with suppress(MotorcadeError):
                         await (client.stop() if kind == STOP else client.clear())
-                        self.wanted = "" if self.wanted == kind else self.wanted
+                        if self.wanted == kind:
+                            self.wanted = ""
+                        else:
+                            self.wanted = self.wanted
                 if place.found and client.problem and not self.has_answered:
                     return
                 await asyncio.sleep(_ORDER_S)
@@ -351,10 +366,14 @@ class DriveContact(Contact):
         """For how long what nobody named may be silent."""
         if self.has_answered:
             return AWAY_S
-        return _TLS_TELEMETRY_S if self._tls else _TELEMETRY_S
+        if self._tls:
+            return _TLS_TELEMETRY_S
+        return _TELEMETRY_S
 
 
 def _number(text: str | None, base: int) -> int | None:
     """Return the number in a stranger's text, None where it is none of at most eight digits."""
     allowed = "0123456789abcdef"[:base]
-    return int(text, base) if text and len(text) <= 8 and all(each in allowed for each in text) else None
+    if text and len(text) <= 8 and all(character in allowed for character in text):
+        return int(text, base)
+    return None

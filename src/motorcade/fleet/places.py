@@ -71,8 +71,13 @@ def network_place(host: str, port: int, name: str = "", kind: str = CAR, telemet
 
     Raises MotorcadeError where there is no next port.
     """
-    shown = f"[{host}]" if ":" in host else host
-    address = f"drive://{shown}:{port}" if kind == DRIVE else f"{shown}:{port}"
+    shown = host
+    if ":" in host:
+        shown = f"[{host}]"
+    if kind == DRIVE:
+        address = f"drive://{shown}:{port}"
+    else:
+        address = f"{shown}:{port}"
     if kind == DRIVE:
         telemetry_port = telemetry_port or port_behind(port)
     return Place(address, name, kind, host, port, telemetry_port)
@@ -98,13 +103,17 @@ def list_text(cars: Iterable[tuple[str, str]]) -> str:
 
 def safe_name(text: str) -> str:
     """Return a stranger's text as a name: on one line, without characters that change others, at most 40."""
-    kept = [each for each in text[: 4 * _LONGEST_NAME] if unicodedata.category(each)[0] not in "CZ" or each == " "]
+    kept = [
+        character
+        for character in text[: 4 * _LONGEST_NAME]
+        if unicodedata.category(character)[0] not in "CZ" or character == " "
+    ]
     return "".join(kept).strip()[:_LONGEST_NAME]
 
 
 def check_name(name: str) -> None:
     """Check a new name of a car. Raises MotorcadeError: letters of any language, digits, '-' and '_', 32 bytes."""
-    letters = all(each.isalnum() or each in "-_" for each in name)
+    letters = all(character.isalnum() or character in "-_" for character in name)
     if not letters or not 0 < len(name.encode("utf-8", "replace")) <= 32 or name.lower() == "all":
         raise MotorcadeError("bad-car-name", name=safe_name(name) or Phrase("nothing"))
 
@@ -135,7 +144,10 @@ def announced(
         return
     host = (way_out() if address.is_unspecified else None) or host
     # A car says its own name, which may change.
-    name = "" if kind == CAR else name or socket.gethostname()
+    if kind == CAR:
+        name = ""
+    else:
+        name = name or socket.gethostname()
     text = {"kind": kind, "name": name[:_LONGEST_ANNOUNCED]} | {key: str(value) for key, value in properties.items()}
     label = "-".join(re.findall(r"\w+", f"{kind} {host} {port}"))
 

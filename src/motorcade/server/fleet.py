@@ -33,7 +33,9 @@ _NAME = re.compile(r"\w[\w-]{0,39}")
 
 def named_page(user: str, address: str) -> str:
     """The name of a page, which others are shown: its user's name, if there is one, and where it comes from."""
-    return f"{user}{_BEFORE_ADDRESS}{address}" if user else address
+    if user:
+        return f"{user}{_BEFORE_ADDRESS}{address}"
+    return address
 
 
 def address_of(page: str) -> str:
@@ -124,7 +126,9 @@ class CombinedFleet(Fleet):
         self._may_drive = may_drive
 
     async def listed(self) -> list[ListedCar]:
-        simulated = await self._simulated.listed() if self._simulated else []
+        simulated = []
+        if self._simulated:
+            simulated = await self._simulated.listed()
         return simulated + await self._real.listed()
 
     def may_drive(self, car: str) -> bool:
@@ -135,7 +139,9 @@ class CombinedFleet(Fleet):
             await self._simulated.start()
 
     def of(self, car: str) -> Fleet:
-        return self._simulated if self._simulated and car.isdecimal() else self._real
+        if self._simulated and car.isdecimal():
+            return self._simulated
+        return self._real
 
 
 class RemoteCar(NamedTuple):
@@ -183,9 +189,14 @@ class RemoteControl:
     @property
     def idle_s(self) -> float:
         """Time since the page last used the car; 0 while it drives, waits for the wheel, or has no client."""
-        you = self.client.you if self.client else {"drives": True}
+        if self.client:
+            you = self.client.you
+        else:
+            you = {"drives": True}
         is_used = you.get("drives") or you.get("waits") or self._stop_pending
-        return 0.0 if is_used else _now_s() - self._used_s
+        if is_used:
+            return 0.0
+        return _now_s() - self._used_s
 
     def give_up_client(self) -> None:
         """End the client; the page gets a new one when it uses the car again."""
@@ -278,7 +289,9 @@ def _why(client: DriveClient) -> dict[str, str] | None:
     if isinstance(problem, AwayError):
         # Its own sentence has a count of seconds, which a screen reader would read aloud every second.
         problem = MotorcadeError("car-out-of-reach", detail=problem.details["detail"])
-    return sentences(problem) if problem else None
+    if problem:
+        return sentences(problem)
+    return None
 
 
 class RemoteCars(Fleet):
@@ -321,9 +334,9 @@ class RemoteCars(Fleet):
     def page_names(self, car: RemoteCar) -> dict[str, str]:
         """The names of this server's pages with a user, by their names at a car; "" where it hasn't said."""
         return {
-            str(each.client.you.get("name") or ""): each.page
-            for each in self._controls[car.name]
-            if each.client and _BEFORE_ADDRESS in each.page
+            str(control.client.you.get("name") or ""): control.page
+            for control in self._controls[car.name]
+            if control.client and _BEFORE_ADDRESS in control.page
         }
 
     async def stop(self, car: str, page: str) -> None:

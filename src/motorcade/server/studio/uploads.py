@@ -37,7 +37,7 @@ def listed_ports() -> list[Port]:
     """List all ports: the likeliest first; those of the mainboard last, as usually nothing is connected there."""
     ranked = [(port.rank == BARE, Port(port.device, port.title, "serial")) for port in ports()]
     ranked.append((False, VIRTUAL_PORT))
-    return [port for _, port in sorted(ranked, key=lambda each: each[0])]
+    return [port for _, port in sorted(ranked, key=lambda pair: pair[0])]
 
 
 class VirtualCarImage(ImageStore):
@@ -151,7 +151,7 @@ class Uploads:
 
 def _reach_car(order: UploadOrder, baud: int, put: Callable[[UploadAnswer], None]) -> None:
     # Some of pyserial's URLs write files, so a page may use listed ports only.
-    if order.port not in {each.device for each in ports()}:
+    if order.port not in {port.device for port in ports()}:
         raise TransferError("no-such-port", port=order.port)
     transfer = transfer_of(order, secrets.randbelow(256), put)
     run(transfer, order.port, baud)
