@@ -24,7 +24,19 @@ SAME_IN_MESSAGES = {"Diagnostic", "Fix", "Mission", "Resume", "Telemetry"}
 
 # The wings of the house. Within its wing a package imports only packages that stand before it.
 WINGS = {
-    "core": ("outcomes", "locales", "errors", "extras", "imports", "devices", "words", "timing", "sockets", "car", "config"),
+    "core": (
+        "outcomes",
+        "locales",
+        "errors",
+        "extras",
+        "imports",
+        "devices",
+        "words",
+        "timing",
+        "sockets",
+        "car",
+        "config",
+    ),
     "program": ("program",),
     "simulate": ("mats", "engine", "runs", "missions"),
     "connect": ("cameras", "upload", "drive", "fleet"),

@@ -58,6 +58,16 @@ def test_a_dependency_has_a_floor_without_known_holes_and_the_locked_version_is_
     assert min(floor, *versions) >= Version(SAFE.get(requirement.name, "0"))
 
 
+def test_a_package_is_held_below_a_version_only_for_a_reason_that_is_written_down():
+    groups = [*PROJECT["dependency-groups"].values(), PROJECT["build-system"]["requires"]]
+    asked = [*asked_of_users(), *(Requirement(text) for group in groups for text in group)]
+    reasons = (ROOT / "docs" / "adr" / "0001-dependencies.md").read_text(encoding="utf-8").lower()
+    held = {(one.name, bound.version) for one in asked for bound in one.specifier if bound.operator not in (">=", ">")}
+    assert held
+    for name, version in held:
+        assert f"{name} is held below {version}" in reasons
+
+
 def test_each_known_hole_is_of_something_that_is_asked_for():
     assert {*SAFE} <= {requirement.name for requirement in asked_of_users()}
 

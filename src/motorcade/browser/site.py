@@ -74,8 +74,11 @@ def _data_files(package: Path) -> Iterator[Path]:
             if path.is_file():
                 files = [path]
             else:
-                files = [] if any(path.rglob("*.py")) else [each for each in path.rglob("*") if each.is_file()]
-            yield from (each for each in files if each.name not in _LEFT_OUT and each.suffix not in (".py", ".pyc"))
+                if any(path.rglob("*.py")):
+                    files = []
+                else:
+                    files = [file for file in path.rglob("*") if file.is_file()]
+            yield from (file for file in files if file.name not in _LEFT_OUT and file.suffix not in (".py", ".pyc"))
 
 
 def site_files(page: Path = PAGE) -> dict[str, bytes]:
@@ -112,7 +115,10 @@ def _entry(name: str, data: bytes) -> dict[str, Any]:
     """Return a file's line in the service worker's list; no revision where its name changes with it."""
     digest = hashlib.sha256(data)
     has_hash = name.startswith(("python-", "assets/")) and not name.startswith("assets/blockly/")
-    revision = None if has_hash else digest.hexdigest()[:16]
+    if has_hash:
+        revision = None
+    else:
+        revision = digest.hexdigest()[:16]
     return {"url": name, "revision": revision, "integrity": "sha256-" + b64encode(digest.digest()).decode()}
 
 
@@ -142,7 +148,7 @@ def write_site(folder: Path, files: dict[str, bytes]) -> None:
         # By the list, which is the first, the next call knows the files of an interrupted one.
         place = folder / LIST
         replace_file(place, _list_of(files))
-        for name in sorted(files, key=lambda each: (each == _INDEX, each)):
+        for name in sorted(files, key=lambda address: (address == _INDEX, address)):
             place = folder / name
             place.parent.mkdir(parents=True, exist_ok=True)
             place.write_bytes(files[name])
@@ -204,5 +210,6 @@ def _manifest() -> bytes:
     }
     for part, phrase in texts.items():
         document[part] = phrase.sentence(FIRST)
-        document[f"{part}_localized"] = {each: phrase.sentence(each) for each in languages() if each != FIRST}
+        others = [language for language in languages() if language != FIRST]
+        document[f"{part}_localized"] = {language: phrase.sentence(language) for language in others}
     return json.dumps(document, ensure_ascii=False, indent=1).encode() + b"\n"

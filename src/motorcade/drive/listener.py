@@ -34,6 +34,10 @@ _YOUNG_S = 2.0
 _KEEPALIVE = (("TCP_KEEPIDLE", 4), ("TCP_KEEPINTVL", 2), ("TCP_KEEPCNT", 3))
 
 
+class PortTakenError(MotorcadeError):
+    """Another program listens at the port."""
+
+
 def bind(host: str, port: int, program: str = "car") -> socket.socket:
     """A socket that listens at an address of this computer.
 
@@ -43,7 +47,8 @@ def bind(host: str, port: int, program: str = "car") -> socket.socket:
         program: what listens, for the sentence of an error: "car", "remote" or "studio".
 
     Raises:
-        MotorcadeError: "no-local-address", "port-taken" or "address-unusable".
+        PortTakenError: another program listens there.
+        MotorcadeError: "no-local-address" or "address-unusable".
     """
     who = Phrase(f"program-{program}")
     try:
@@ -52,7 +57,7 @@ def bind(host: str, port: int, program: str = "car") -> socket.socket:
         raise MotorcadeError("no-local-address", host=host[:60]) from None
     except OSError as problem:
         if problem.errno == errno.EADDRINUSE:
-            raise MotorcadeError("port-taken", port=port, program=who) from None
+            raise PortTakenError("port-taken", port=port, program=who) from None
         raise MotorcadeError("address-unusable", program=who, host=host[:60], port=port, reason=problem) from None
 
 
@@ -316,7 +321,9 @@ class Listener:
         if len(alike) < places.most_of_one_address and len(self._slots) < places.most:
             return True
         is_burst = len(alike) < places.most_of_one_address * places.burst
-        candidates = alike if len(alike) >= places.most_of_one_address else self._slots
+        candidates = self._slots
+        if len(alike) >= places.most_of_one_address:
+            candidates = alike
         # In a burst requests are on their way.
         since_s = asyncio.get_running_loop().time() - (_YOUNG_S if is_burst and places.burst > 1 else 0.0)
         idle = [slot for slot in candidates if not slot.protocol.has_session() and slot.made_s <= since_s]
@@ -330,7 +337,9 @@ class Listener:
         if oldest is None and is_burst:
             if len(self._slots) < places.most:
                 return True
-            oldest = self._oldest_of_many() if places.shares else None
+            oldest = None
+            if places.shares:
+                oldest = self._oldest_of_many()
         if oldest is None:
             return False
         self._turned_away()
@@ -342,11 +351,15 @@ class Listener:
         """The oldest connection of whoever has most, except those that stay; None where everybody has one."""
         slots = [slot for slot in self._slots if not slot.protocol.stays]
         counts = Counter(slot.whose() for slot in slots)
-        whose, count = max(counts.items(), key=lambda each: each[1], default=("", 0))
-        return next(slot for slot in slots if slot.whose() == whose) if count > 1 else None
+        whose, count = max(counts.items(), key=lambda waiting: waiting[1], default=("", 0))
+        if count > 1:
+            return next(slot for slot in slots if slot.whose() == whose)
+        return None
 
     async def _open(self, line: socket.socket, protocol: Connected) -> None:
-        timeout_s = HANDSHAKE_S if self._tls else None
+        timeout_s = None
+        if self._tls:
+            timeout_s = HANDSHAKE_S
         await asyncio.get_running_loop().connect_accepted_socket(
             lambda: cast(asyncio.BaseProtocol, protocol),
             line,

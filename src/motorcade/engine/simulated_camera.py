@@ -48,7 +48,7 @@ _MOST_CELLS = 4000
 _WALL, _OBSTACLE = (200, 120, 80), (120, 130, 145)
 _LEADER, _FOLLOWER, _PERSON = (36, 87, 197), (176, 42, 91), (80, 110, 80)
 _LAMP, _TAIL = (255, 250, 220), (220, 30, 30)
-_LED_COLOURS: list[RGB] = [(int(led[1:3], 16), int(led[3:5], 16), int(led[5:7], 16)) for led in LEDS]
+_LED_COLOURS: list[RGB] = [(int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)) for colour in LEDS]
 
 
 class _Billboard(NamedTuple):
@@ -153,7 +153,7 @@ class Scene:
         floor_x, floor_y = x + ahead * cos - aside * sin, y + ahead * sin + aside * cos
         # Far away a line is one pixel wide, and it fades where lines are too close together.
         wide = np.maximum(0.006, self._floor_m / self._focus * 1.2)[:, None]
-        near_x, near_y = (np.abs((each / _TILE_M + 0.5) % 1 - 0.5) * _TILE_M for each in (floor_x, floor_y))
+        near_x, near_y = (np.abs((axis / _TILE_M + 0.5) % 1 - 0.5) * _TILE_M for axis in (floor_x, floor_y))
         lines = (np.minimum(near_x, near_y) < wide) * np.clip(1.5 - ahead / 4, 0, 1)
         ground = np.broadcast_to(np.array(_FLOOR, np.float32), (*lines.shape, 3))
         if self._mat.size_m:
@@ -224,7 +224,8 @@ class Scene:
             half_m, high_m = _PERSON_M
             at = to_x * cos + to_y * sin, to_y * cos - to_x * sin
             billboards.append(_Billboard(*at, half_m, 0.0, high_m, _PERSON))
-        return sorted((each for each in billboards if each.ahead > _NEAR_M), key=lambda each: -each.ahead)
+        seen = [billboard for billboard in billboards if billboard.ahead > _NEAR_M]
+        return sorted(seen, key=lambda billboard: -billboard.ahead)
 
     def _car(self, now: Moment, k: int, ahead: float, aside: float, cos: float, sin: float) -> list[_Billboard]:
         """A car's body, its LED on top, and the visible of its lamps: white in front, red at the back."""

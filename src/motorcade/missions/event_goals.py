@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from motorcade.car.brain import STILL
 from motorcade.config.profile import Profile
 from motorcade.engine.moment import Event, Moment
+from motorcade.engine.slots import Slots
 from motorcade.errors import Phrase
 from motorcade.mats.geometry import surfaces
 from motorcade.mats.model import Mat
@@ -26,42 +27,11 @@ from motorcade.missions.goals import (
 from motorcade.missions.model import Goal, Mission
 from motorcade.program.compiler import length_ms
 from motorcade.words.image import Image
-from motorcade.words.infrared import TAGS, slot_tags
 
 # Two bodies that stand nearer than this touch, for the sentence about a touch.
 _TOUCH_M = 0.01
 # A car has stopped by this time after a voice said so.
 _VOICE_MS = 300
-
-
-class Slots:
-    """Which slot the beginning of a word belongs to, for leaders of one image that were switched on at 0 ms.
-
-    A bare word is known by its bits, and counts for the slot in which it began or for the one before. A tagged word
-    counts for the newest slot with its tag.
-
-    Attributes:
-        dwell_ms: how long a slot lasts; 0 where the image has no words for followers.
-        count: the slots that are over by the end of the run.
-    """
-
-    def __init__(self, image: Image, profile: Profile, duration_ms: int) -> None:
-        self._words = image.followers
-        self.dwell_ms = profile.dwell_ms[image.dwell_level] if image.followers else 0
-        self.count = duration_ms // self.dwell_ms if self.dwell_ms else 0
-        self._tags = slot_tags(image.followers, self.count + 1) if image.tagged else None
-
-    def of(self, event: Event) -> int:
-        """The slot of a beginning; -1 where it belongs to none."""
-        if not self.dwell_ms:
-            return -1
-        now = event.t_ms // self.dwell_ms
-        if self._tags is not None:
-            recent = range(now, max(now - TAGS, -1), -1)
-            return next((slot for slot in recent if self._tags[slot] == event.other), -1)
-        if event.word == self._words[now % len(self._words)]:
-            return now
-        return now - 1 if now and event.word == self._words[(now - 1) % len(self._words)] else -1
 
 
 class SlotWatch(GoalWatch):
@@ -84,7 +54,7 @@ class SlotWatch(GoalWatch):
         cars = set(self._cars)
         for event in begun:
             if event.car in cars:
-                slot = self._slots.of(event)
+                slot = self._slots.of(event.t_ms, event.word, event.other)
                 if slot >= self._judged:
                     self._begun.setdefault(slot, {}).setdefault(event.car, event.t_ms)
         self._judge_until(moment.t_ms)

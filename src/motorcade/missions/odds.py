@@ -12,9 +12,10 @@ from motorcade.car.brain import NO_LED
 from motorcade.config.profile import Profile
 from motorcade.engine import judging
 from motorcade.engine.simulation import Simulation
+from motorcade.engine.slots import Slots
 from motorcade.engine.state import Buffer
 from motorcade.mats.model import Mat
-from motorcade.missions.event_goals import Slots, SlotWatch
+from motorcade.missions.event_goals import SlotWatch
 from motorcade.missions.goals import TIMES, GoalWatch, first_off, needed_of
 from motorcade.missions.model import Goal, Mission
 from motorcade.missions.schema import GOALS, WORKS

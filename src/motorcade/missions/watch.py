@@ -6,6 +6,7 @@ from typing import cast
 from motorcade.engine.events import COLUMNS, KIND, START
 from motorcade.engine.moment import Event, Moment
 from motorcade.engine.simulation import Simulation
+from motorcade.engine.slots import Slots
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.missions import event_goals, goals, scores
 from motorcade.missions.goals import GoalState, GoalWatch
@@ -50,7 +51,7 @@ class MissionWatch:
         _check_work(mission)
         self._mission = mission
         parsed = parse_image_bytes(image)
-        slots = event_goals.Slots(parsed, mission.profile, mission.duration_ms)
+        slots = Slots(parsed, mission.profile, mission.duration_ms)
         known: dict[str, scores.Score] = {}
         found = [
             None if goal.kind == "all-by" else watch_of(goal, mission, parsed, slots, known) for goal in mission.goals
@@ -159,9 +160,7 @@ def _check_work(mission: Mission) -> None:
         raise MotorcadeError("goals-too-detailed", count=count, most=_MOST_COMPARED)
 
 
-def watch_of(
-    goal: Goal, mission: Mission, image: Image, slots: event_goals.Slots, known: dict[str, scores.Score]
-) -> GoalWatch:
+def watch_of(goal: Goal, mission: Mission, image: Image, slots: Slots, known: dict[str, scores.Score]) -> GoalWatch:
     """The watch of a goal of another kind than all-by. Goals for the same score share it in ``known``.
 
     Raises MotorcadeError where nothing judges goals of this kind.

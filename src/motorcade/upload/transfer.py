@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from binascii import crc32
 from collections.abc import Callable, Generator, Iterator
 
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import MotorcadeError, Phrase, TransferError
 from motorcade.words import upload
 from motorcade.words.image import refused_image
 from motorcade.words.packing import WORD_BYTES
@@ -385,18 +385,18 @@ def upload_error(port: str, outcome: Outcome, holds: str, in_network: bool = Fal
     """
     kind, detail = outcome
     if kind == FOREIGN:
-        return MotorcadeError("runs-something-else", port=port, what=detail)
+        return TransferError("runs-something-else", port=port, what=detail)
     if kind == SILENT:
         code = "no-answer-at-address" if in_network else "no-answer"
-        return MotorcadeError(code, port=port, detail=detail, holds=holds_phrase(holds))
+        return TransferError(code, port=port, detail=detail, holds=holds_phrase(holds))
     if kind == MISMATCH or (kind == upload.REFUSED and str(detail).startswith(upload.OTHER_CHECKSUM)):
-        return MotorcadeError("mismatch", port=port, detail=detail, holds=holds_phrase(holds))
+        return TransferError("mismatch", port=port, detail=detail, holds=holds_phrase(holds))
     if kind != upload.REFUSED:
         return None
     if is_busy(outcome):
         # The other upload will replace the image that the car has.
-        return MotorcadeError("car-busy", port=port, holds=holds_phrase("" if holds == OLD else holds))
-    return MotorcadeError("refused", port=port, detail=refused_image(str(detail)) or detail, holds=holds_phrase(holds))
+        return TransferError("car-busy", port=port, holds=holds_phrase("" if holds == OLD else holds))
+    return TransferError("refused", port=port, detail=refused_image(str(detail)) or detail, holds=holds_phrase(holds))
 
 
 def readback_error(port: str, outcome: Outcome) -> MotorcadeError | None:
@@ -405,12 +405,12 @@ def readback_error(port: str, outcome: Outcome) -> MotorcadeError | None:
     if kind == upload.IMAGE:
         return None
     if kind == FOREIGN:
-        return MotorcadeError("runs-something-else", port=port, what=detail)
+        return TransferError("runs-something-else", port=port, what=detail)
     if kind == SILENT:
-        return MotorcadeError("nothing-to-read", port=port, detail=detail)
+        return TransferError("nothing-to-read", port=port, detail=detail)
     if is_busy(outcome):
-        return MotorcadeError("car-busy", port=port, holds="")
-    return MotorcadeError("no-image", port=port, detail=detail)
+        return TransferError("car-busy", port=port, holds="")
+    return TransferError("no-image", port=port, detail=detail)
 
 
 def holds_phrase(holds: str) -> Phrase | str:

@@ -105,7 +105,9 @@ class PageWorld(WorldSession):
     async def alone(self, job: Callable[[], _T]) -> _T:
         """Do a job while nothing else uses the session; in a thread unless that takes longer."""
         async with self.lock:
-            return job() if self.is_quick else await self.in_thread(job)
+            if self.is_quick:
+                return job()
+            return await self.in_thread(job)
 
     async def in_thread(self, job: Callable[[], _T], limiter: CapacityLimiter | None = None) -> _T:
         """Do a job in a thread, one of the workers or of ``limiter``; the caller has acquired the lock."""
