@@ -6,6 +6,8 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 USERS := .venv/.installed
 DEVELOPERS := .venv/.developer
 MORE := .venv/.more
+# Without the packages that tests never import.
+COMPILE = $(BIN)/python -m compileall -qq -j 0 -x '/(babel|dask|fontTools|mypy|mypyc|numba|pip|setuptools)/' .venv src
 INSTALL = $(PIP) install --no-compile --no-deps --require-hashes --requirement
 
 .PHONY: setup run demo page wheel site quick test soak lint types format generate stale docs bench screenshots lock clean
@@ -18,19 +20,24 @@ demo: $(USERS) ## everything without a browser: compile, upload, verify, drive, 
 
 setup: $(DEVELOPERS)
 
+# Developers get all of their packages at once.
+$(DEVELOPERS): DEVELOPING := yes
+
 $(USERS): requirements.lock pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit("Motorcade needs Python 3.11 or newer; this is " + sys.version.split()[0] if sys.version_info < (3, 11) else 0)'
-	@echo "Motorcade is being installed into .venv: less than a minute, the first time only."
+	@echo "Motorcade is being installed into .venv: about a minute, the first time only."
 	$(PYTHON) -m venv .venv
-	$(INSTALL) requirements.lock
+	$(INSTALL) $(if $(DEVELOPING),requirements-dev.lock,requirements.lock)
+	$(if $(DEVELOPING),$(BIN)/python hatch_build.py install)
 	$(PIP) install --no-deps --no-build-isolation --editable .
+	@# What built the page takes much room; developers keep it.
+	$(if $(DEVELOPING)$(wildcard $(DEVELOPERS)),,$(BIN)/python -c 'import shutil; shutil.rmtree("web/node_modules", ignore_errors=True)')
 	$(BIN)/python -c 'import pathlib; pathlib.Path("$(USERS)").touch()'
 
 $(DEVELOPERS): requirements-dev.lock $(USERS)
-	@echo "What developers need is being installed into .venv: a minute, the first time only."
-	@# The packages of Node are fetched meanwhile, and all that Python has is compiled on all processors.
-	$(BIN)/python hatch_build.py install & $(INSTALL) requirements-dev.lock && wait $$!
-	$(BIN)/python -m compileall -qq -j 0 .venv src
+	$(INSTALL) requirements-dev.lock
+	$(BIN)/python hatch_build.py install
+	$(COMPILE)
 	$(BIN)/python -c 'import pathlib; pathlib.Path("$(DEVELOPERS)").touch()'
 
 # A fuzzer, and the peers that are measured.
