@@ -69,8 +69,17 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 @pytest.fixture(scope="session")
 def install_lock() -> FileLock:
-    """A lock to take while something is built or installed: `make test` runs the tests in several processes."""
-    return FileLock(Path(tempfile.gettempdir()) / "motorcade-tests.lock")
+    """A lock to take while something is installed: `make test` runs the tests in several processes."""
+    # Not above: the tests of changed code run in a folder without scripts.
+    from scripts import debian
+
+    return FileLock(debian.LOCK)
+
+
+@pytest.fixture(scope="session")
+def page_lock() -> FileLock:
+    """A lock to take while the page is built."""
+    return FileLock(Path(tempfile.gettempdir()) / "motorcade-tests-page.lock")
 
 
 @pytest.fixture(scope="session")
