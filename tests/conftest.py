@@ -18,8 +18,8 @@ from support.processor_time import cpu_s
 # Tests start hundreds of processes, each of which would compile all of Motorcade anew where Python may store nothing.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
-# What a shell starts in the background ignores Ctrl-C, and by nohup the end of the terminal; so would all processes that
-# tests start. They get a signal's own default in place of a handler.
+# What a shell starts in the background ignores Ctrl-C, and by nohup the end of the terminal; so would all processes
+# that tests start. They get a signal's own default in place of a handler.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:

@@ -6,7 +6,8 @@ import pytest
 
 from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.connection import CarError, CarRefusesError
-from support.driven_car import NEUTRAL, deaf_port
+from support.driven_car import deaf_port
+from support.mock_board import NEUTRAL
 from support.waiting import wait_until
 from support.working_drivers import HALF
 
