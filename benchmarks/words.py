@@ -11,13 +11,10 @@ from statistics import median
 from time import thread_time_ns
 from typing import Any
 
-import bitstruct.c
-import construct
 import numpy as np
-from cantools.database import Message
-from cantools.database.can import Signal
 from rich.console import Console
 from rich.table import Table
+from timing import has_peer
 
 from motorcade.words.field import Field
 from motorcade.words.formats import CONTROL
@@ -27,6 +24,7 @@ TURNS = 31
 SCALAR_WORDS = 4_000
 DECODE_GOAL = 1.2
 ENCODE_GOAL = 1.3
+PEERS = ("bitstruct", "cantools", "construct")
 
 FIELDS = CONTROL.fields
 # The fields that a word of an image may set. Who encodes one names these, and what is below them is 0.
@@ -70,12 +68,25 @@ def bitstruct_format(fields: tuple[Field, ...]) -> str:
     return "".join(f"u{field.width}" for field in fields) + padding
 
 
+def bitstruct_codecs(fields: tuple[Field, ...]) -> tuple[Any, Any]:
+    """Return bitstruct's codec of a dictionary, and that of values in order."""
+    import bitstruct.c
+
+    text = bitstruct_format(fields)
+    return bitstruct.c.compile(text, [field.name for field in fields]), bitstruct.c.compile(text)
+
+
 def construct_format(fields: tuple[Field, ...]) -> Any:
+    import construct
+
     members = [field.name / construct.BitsInteger(field.width) for field in fields]
     return construct.BitStruct(*members, construct.Padding(fields[-1].low))
 
 
-def cantools_message(fields: tuple[Field, ...]) -> Message:
+def cantools_message(fields: tuple[Field, ...]) -> Any:
+    from cantools.database import Message
+    from cantools.database.can import Signal
+
     signals = [
         # DBC counts a big-endian signal's first bit from each byte's own bit 0.
         Signal(field.name, (31 - field.high) // 8 * 8 + field.high % 8, field.width, byte_order="big_endian")
@@ -84,44 +95,50 @@ def cantools_message(fields: tuple[Field, ...]) -> Message:
     return Message(1, "control", 4, signals)
 
 
-def scalar_decoders(words: list[int]) -> Contestants:
+def scalar_decoders(words: list[int], peers: set[str]) -> Contestants:
     images = [word.to_bytes(4, "big") for word in words]
-    named = bitstruct.c.compile(bitstruct_format(FIELDS), [field.name for field in FIELDS])
-    plain = bitstruct.c.compile(bitstruct_format(FIELDS))
     shifts = eval("lambda word: {" + SHIFTED_OUT + "}")
-    return {
+    made: Contestants = {
         "Motorcade": loop("word", "decode(word)", words, decode=CONTROL.decode),
         "Motorcade, from bytes": loop(
             "data", "decode(read(data, 'big'))", images, decode=CONTROL.decode, read=int.from_bytes
         ),
-        "bitstruct C, dict": loop("data", "unpack(data)", images, unpack=named.unpack),
-        "bitstruct C, tuple": loop("data", "unpack(data)", images, unpack=plain.unpack),
         "shifts by hand, dict": loop("word", "shifts(word)", words, shifts=shifts),
-        "cantools": loop(
-            "data", "decode(data, decode_choices=False, scaling=False)", images, decode=cantools_message(FIELDS).decode
-        ),
-        "construct": loop("data", "parse(data)", images, parse=construct_format(FIELDS).parse),
     }
+    if "bitstruct" in peers:
+        named, plain = bitstruct_codecs(FIELDS)
+        made["bitstruct C, dict"] = loop("data", "unpack(data)", images, unpack=named.unpack)
+        made["bitstruct C, tuple"] = loop("data", "unpack(data)", images, unpack=plain.unpack)
+    if "cantools" in peers:
+        decoding = "decode(data, decode_choices=False, scaling=False)"
+        made["cantools"] = loop("data", decoding, images, decode=cantools_message(FIELDS).decode)
+    if "construct" in peers:
+        made["construct"] = loop("data", "parse(data)", images, parse=construct_format(FIELDS).parse)
+    return made
 
 
-def scalar_encoders(words: list[int]) -> Contestants:
+def scalar_encoders(words: list[int], peers: set[str]) -> Contestants:
     values = [tuple(CONTROL.decode(word))[: len(NAMES)] for word in words]
-    dicts = [dict(zip(NAMES, each, strict=True)) for each in values]
+    dicts = [dict(zip(NAMES, fields, strict=True)) for fields in values]
     names = ", ".join(NAMES)
-    named = bitstruct.c.compile(bitstruct_format(SET_FIELDS), NAMES)
-    plain = bitstruct.c.compile(bitstruct_format(SET_FIELDS))
     space: dict[str, Any] = {}
     exec(f"def by_hand({names}):\n    if {CHECKED}: raise ValueError\n    return {SHIFTED_IN}", space)
-    return {
+    made: Contestants = {
         "Motorcade": loop(names, f"encode({KEYWORDS})", values, encode=CONTROL.encode),
-        "Motorcade, **dict": loop("each", "encode(**each)", dicts, encode=CONTROL.encode),
-        "bitstruct C, dict": loop(names, f"pack({DICT})", values, pack=named.pack),
-        "bitstruct C, ready dict": loop("each", "pack(each)", dicts, pack=named.pack),
-        "bitstruct C, values in order": loop(names, f"pack({names})", values, pack=plain.pack),
+        "Motorcade, **dict": loop("fields", "encode(**fields)", dicts, encode=CONTROL.encode),
         "shifts by hand, checked": loop(names, f"by_hand({KEYWORDS})", values, by_hand=space["by_hand"]),
-        "cantools": loop(names, f"encode({DICT}, scaling=False)", values, encode=cantools_message(SET_FIELDS).encode),
-        "construct": loop(names, f"build({DICT})", values, build=construct_format(SET_FIELDS).build),
     }
+    if "bitstruct" in peers:
+        named, plain = bitstruct_codecs(SET_FIELDS)
+        made["bitstruct C, dict"] = loop(names, f"pack({DICT})", values, pack=named.pack)
+        made["bitstruct C, ready dict"] = loop("fields", "pack(fields)", dicts, pack=named.pack)
+        made["bitstruct C, values in order"] = loop(names, f"pack({names})", values, pack=plain.pack)
+    if "cantools" in peers:
+        encode = cantools_message(SET_FIELDS).encode
+        made["cantools"] = loop(names, f"encode({DICT}, scaling=False)", values, encode=encode)
+    if "construct" in peers:
+        made["construct"] = loop(names, f"build({DICT})", values, build=construct_format(SET_FIELDS).build)
+    return made
 
 
 def result(met: bool) -> str:
@@ -133,29 +150,41 @@ def add_scalar_rows(
 ) -> None:
     times_ns = medians_ns(contestants, SCALAR_WORDS)
     for ours, peer, goal in pairs:
+        if peer not in contestants:
+            continue
         ratio = times_ns[ours] / times_ns[peer]
         marks = (f"≤ {goal:g}", result(ratio <= goal)) if goal else ("", "")
         table.add_row(task, ours, f"{times_ns[ours]:.0f}", peer, f"{times_ns[peer]:.0f}", f"{ratio:.2f}", *marks)
     table.add_section()
 
 
-def scalar_table(words: list[int]) -> Table:
+def scalar_table(words: list[int], installed: set[str]) -> Table:
     table = Table(
         "task", "ours", "ns/word", "peer", "ns/word", "ours / peer", "goal", "result", title="One control word"
     )
-    peers = ("bitstruct C, tuple", "shifts by hand, dict", "cantools", "construct")
-    pairs = [("Motorcade", "bitstruct C, dict", DECODE_GOAL), ("Motorcade, from bytes", "bitstruct C, dict", None)]
-    add_scalar_rows(table, "decode", scalar_decoders(words), [*pairs, *(("Motorcade", peer, None) for peer in peers)])
-    peers = ("bitstruct C, values in order", "shifts by hand, checked", "cantools", "construct")
-    pairs = [("Motorcade", "bitstruct C, dict", ENCODE_GOAL), ("Motorcade, **dict", "bitstruct C, ready dict", None)]
-    add_scalar_rows(table, "encode", scalar_encoders(words), [*pairs, *(("Motorcade", peer, None) for peer in peers)])
+    pairs: list[tuple[str, str, float | None]] = [
+        ("Motorcade", "bitstruct C, dict", DECODE_GOAL),
+        ("Motorcade, from bytes", "bitstruct C, dict", None),
+    ]
+    for peer in ("bitstruct C, tuple", "shifts by hand, dict", "cantools", "construct"):
+        pairs.append(("Motorcade", peer, None))
+    add_scalar_rows(table, "decode", scalar_decoders(words, installed), pairs)
+    pairs = [
+        ("Motorcade", "bitstruct C, dict", ENCODE_GOAL),
+        ("Motorcade, **dict", "bitstruct C, ready dict", None),
+    ]
+    for peer in ("bitstruct C, values in order", "shifts by hand, checked", "cantools", "construct"):
+        pairs.append(("Motorcade", peer, None))
+    add_scalar_rows(table, "encode", scalar_encoders(words, installed), pairs)
     return table
 
 
 def main() -> None:
     random = np.random.default_rng(1)
     console = Console(width=130)
-    console.print(scalar_table(random.integers(0, 1 << 32, SCALAR_WORDS, dtype=np.uint32).tolist()))
+    installed = {peer for peer in PEERS if has_peer(console, peer, peer)}
+    words = random.integers(0, 1 << 32, SCALAR_WORDS, dtype=np.uint32).tolist()
+    console.print(scalar_table(words, installed))
 
 
 if __name__ == "__main__":

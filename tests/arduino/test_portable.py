@@ -34,7 +34,7 @@ TICKS = 120
 def plain(install_lock: FileLock, tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
     """The portable parts as a library for this computer, with checks for undefined behaviour."""
     with install_lock:
-        gxx = debian.find_or_install("g++", "g++")
+        gxx = debian.find_or_install("g++", *debian.FOR_TESTS["g++"])
     if gxx is None:
         pytest.skip("no g++ (on Debian: apt-get install g++)")
     folder, source = tmp_path_factory.mktemp("plain"), library_folder() / "src"

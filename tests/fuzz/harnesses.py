@@ -67,7 +67,7 @@ from support.classrooms import MAT as NO_MAT
 from support.classrooms import with_pupils
 from support.recorded_run import record, world
 from support.soak import SOAK
-from support.socketless_car import Car, ask, command, receive
+from support.socketless_car import SocketlessCar, ask, command, receive
 from support.strategies import tagged_frames
 from support.upload_ends import NO_PROGRAM, events_of, images
 from support.upload_ends import Car as ReceivingCar
@@ -192,7 +192,7 @@ def upload_receiver(sent, most_words, work_words):
     )
 )
 def drive_wire(sent):
-    car = Car()
+    car = SocketlessCar()
     drivers = [car.commands(port)[0] for port in range(3)]
     channels = [car.telemetry(2000 + port)[0] for port in range(3)]
     for number, data, text, wait_ms in sent:
@@ -276,7 +276,7 @@ class _Page:
 
 @harness(st.lists(damaged(documents.REMOTE_MESSAGES), max_size=12))
 def remote_messages(texts):
-    car, sent = Car(), []
+    car, sent = SocketlessCar(), []
     page = _Page([documents.REMOTE_MESSAGES[0], *(text.encode(errors="replace").decode() for text in texts)], sent)
     clock = ServerSettings(clock=lambda: car.now_ms / 1000)
     asyncio.run(PageSession(page, PageSocket(page, clock, NEWEST), SingleCar(car.control), clock).serve())
