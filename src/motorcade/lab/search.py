@@ -30,8 +30,8 @@ from motorcade.lab.plan import code_hash
 from motorcade.lab.programs import ProgramSource
 from motorcade.lab.run import ProgressBar, Workers, no_bar
 from motorcade.missions.check import check_program
+from motorcade.missions.kinds import GOALS
 from motorcade.missions.model import Mission
-from motorcade.missions.schema import GOALS, WORKS
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program, count_blocks
 from motorcade.runs.drawing import picture_text
@@ -274,7 +274,7 @@ class Search:
         if runs < 1:
             raise MotorcadeError("search-without-runs", runs=runs)
         # Else a run changes nothing.
-        if all(GOALS[goal.kind].is_static for goal in mission.goals if goal.kind not in ("all-by", WORKS)):
+        if not any(GOALS[goal.kind].decided_by == "run" for goal in mission.goals):
             raise MotorcadeError("mission-not-gradable", mission=mission.name)
         self.mission, self.method, self.runs = mission, method, runs
         self.best = BestPrograms(seed)

@@ -11,7 +11,7 @@ from motorcade.engine.judging import to_disc_m, to_outline_m
 from motorcade.engine.moment import STUCK, unpack_events, unpack_moment
 from motorcade.errors import Phrase
 from motorcade.mats.geometry import Obstacle
-from motorcade.missions.goals import car_phrase
+from motorcade.missions.goal import car_phrase
 from motorcade.service.messages import sentences
 from motorcade.service.studio_world import StudioWorld
 from motorcade.service.why import touched

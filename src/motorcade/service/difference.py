@@ -15,7 +15,7 @@ from msgspec import Meta, Struct, field
 from motorcade.engine.events import FRAME, HEARD, LOSS_REASONS, LOST, START, STATE
 from motorcade.engine.moment import EVENT_BYTES, Event, unpack_events, unpack_moment
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.missions.goals import car_phrase
+from motorcade.missions.goal import car_phrase
 from motorcade.missions.odds import OpenWorlds
 from motorcade.service.history import EVERY_MS, History, pack_picture
 from motorcade.service.messages import Sentence, StreamAnswer, StreamMessage, sentences

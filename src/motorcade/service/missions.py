@@ -14,7 +14,7 @@ from motorcade.missions import document as documents
 from motorcade.missions import model
 from motorcade.missions.check import STEPS, check_program, open_worlds_here, watched
 from motorcade.missions.document import OWN, built_in_mission, mission_of, parse_mission
-from motorcade.missions.goals import GoalState
+from motorcade.missions.goal import GoalState
 from motorcade.missions.odds import OpenWorlds
 from motorcade.missions.watch import MissionWatch, goal_phrase
 from motorcade.program.blocks import blocks_of, program_of
