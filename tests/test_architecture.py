@@ -16,7 +16,7 @@ OTHER_FILES = sorted(
     for file in (ROOT / folder).rglob("*.py")
     if "node_modules" not in file.parts
 )
-MOST_FILES = 252
+MOST_FILES = 256
 MOST_LINES = 500
 MOST_PARAMETERS = 8
 # What a page is sent of these has their name too.
