@@ -6,6 +6,8 @@ from collections import Counter
 from functools import cache
 from pathlib import Path
 
+from support.code_size import size_of
+
 ROOT = Path(__file__).parent.parent
 SOURCE = ROOT / "src" / "motorcade"
 FILES = sorted(SOURCE.rglob("*.py"))
@@ -18,6 +20,10 @@ OTHER_FILES = sorted(
 )
 MOST_FILES = 256
 MOST_LINES = 500
+# Of all code: how large it is, and how much stands in a line.
+MOST_TOKENS = 352_000
+MOST_TOKENS_A_LINE = 10.0
+MOST_CONDITIONALS_IN_1000_LINES = 20.1
 MOST_PARAMETERS = 8
 # What a page is sent of these has their name too.
 SAME_IN_MESSAGES = {"Diagnostic", "Fix", "Mission", "Resume", "Telemetry"}
@@ -184,6 +190,25 @@ def test_the_package_has_few_files():
 def test_files_are_short_enough_to_read():
     lines = {file: len(file.read_text(encoding="utf-8").splitlines()) for file in (*FILES, *OTHER_FILES)}
     assert {file.relative_to(ROOT).as_posix(): count for file, count in lines.items() if count > MOST_LINES} == {}
+
+
+def test_the_code_is_small_and_a_line_holds_one_thought():
+    sizes = [size_of(file) for file in FILES]
+    tokens, lines = sum(size.tokens for size in sizes), sum(size.lines for size in sizes)
+    conditionals = sum(size.conditionals for size in sizes)
+    assert tokens <= MOST_TOKENS
+    assert tokens / lines <= MOST_TOKENS_A_LINE
+    assert conditionals * 1000 / lines <= MOST_CONDITIONALS_IN_1000_LINES
+
+
+def test_a_variable_is_named_after_what_it_holds():
+    named_each = [
+        f"{name}, line {node.lineno}"
+        for name in NAMES
+        for node in ast.walk(tree_of(name))
+        if isinstance(node, ast.Name) and node.id == "each" and isinstance(node.ctx, ast.Store)
+    ]
+    assert named_each == []
 
 
 def test_a_name_of_a_class_means_one_thing():
