@@ -159,8 +159,6 @@ async def _answer(running: RunningClass, handlers: Handlers, request: Request) -
         answer = exchange.request.function(**{name: given[name] for name in exchange.request.given}, **arguments)
         if isawaitable(answer):
             answer = await answer
-        else:
-            answer = answer
     except MotorcadeError:
         # Also what a refused request has changed.
         running.show_changes()

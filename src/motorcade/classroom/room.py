@@ -255,13 +255,9 @@ class Classroom:
             stuck_minutes: a pupil is stuck after so many minutes without a step in the mission.
         """
         record = self.record
-        if title is None:
-            record.title = record.title
-        else:
+        if title is not None:
             record.title = checked_user_name(title)
-        if is_open is None:
-            record.is_open = record.is_open
-        else:
+        if is_open is not None:
             record.is_open = is_open
         record.stuck_minutes = stuck_minutes or record.stuck_minutes
         self.save()

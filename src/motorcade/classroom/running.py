@@ -149,11 +149,10 @@ class RunningClass(Visitors):
 
     def forget(self, response: Response, connection: HTTPConnection, *, teacher: bool = False) -> None:
         """Sign a browser out."""
-        name = self._pupil_cookie
+        name, sign_out = self._pupil_cookie, self.room.leave
         if teacher:
-            name = self._teacher_cookie
-        device = digest(connection.cookies.get(name, ""))
-        (self.room.sign_out if teacher else self.room.leave)(device)
+            name, sign_out = self._teacher_cookie, self.room.sign_out
+        sign_out(digest(connection.cookies.get(name, "")))
         response.delete_cookie(name)
 
     # Changes.
@@ -169,8 +168,6 @@ class RunningClass(Visitors):
         """
         if since is None:
             since = self.room.revision
-        else:
-            since = since
         try:
             async with self._storing:
                 revision = self.room.revision

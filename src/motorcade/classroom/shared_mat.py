@@ -64,9 +64,9 @@ def described(pupil: str, world: StudioWorld, mat: MatDocument) -> WallWorld:
     if world.referee:
         mission = world.referee.mission
     if mission:
-        zones, goals = (mission_zones(mission), mission_goals(mission))
+        zones, goals = mission_zones(mission), mission_goals(mission)
     else:
-        zones, goals = ([], [])
+        zones, goals = [], []
     return WallWorld(pupil, mat, world.leads(), world.radius_m, world.cars, zones, goals)
 
 

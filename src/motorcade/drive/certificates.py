@@ -242,16 +242,12 @@ def _certified(
     key = ec.generate_private_key(ec.SECP256R1())
     subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
     if authority:
-        issuer, issuer_key = (authority.certificate.subject, authority.key)
+        issuer, issuer_key, use = authority.certificate.subject, authority.key, "digital_signature"
+        constraints = x509.BasicConstraints(ca=False, path_length=None)
     else:
-        issuer, issuer_key = (subject, key)
-    use = "key_cert_sign"
-    if authority:
-        use = "digital_signature"
-    critical = (
-        x509.BasicConstraints(ca=not authority, path_length=None if authority else 0),
-        x509.KeyUsage(**{purpose: purpose == use for purpose in _USES}),
-    )
+        issuer, issuer_key, use = subject, key, "key_cert_sign"
+        constraints = x509.BasicConstraints(ca=True, path_length=0)
+    critical = (constraints, x509.KeyUsage(**{usage: usage == use for usage in _USES}))
     others = (
         x509.SubjectKeyIdentifier.from_public_key(key.public_key()),
         x509.AuthorityKeyIdentifier.from_issuer_public_key(issuer_key.public_key()),

@@ -219,9 +219,8 @@ class CarControl:
         try:
             now = self.clock()
             rest_ms = self.arbiter.tick(now)
-            if self._beat_ms is None:
-                late_ms = 0
-            else:
+            late_ms = 0
+            if self._beat_ms is not None:
                 late_ms = elapsed_ms(now, self._beat_ms)
             if late_ms >= self.limits.watchdog_ms:
                 self._stalls += not self._is_stuck

@@ -139,14 +139,9 @@ class Freshness:
         later_ms = 0
         if known:
             later_ms = _later_ms(difference_ms, min(known))
-        if known:
             difference_ms = min(known) + later_ms
-        else:
-            difference_ms = difference_ms
-        if self._smallest is None:
+        if self._smallest is None or difference_ms < self._smallest:
             self._smallest = difference_ms
-        else:
-            self._smallest = min(self._smallest, difference_ms)
         return later_ms <= self._stale_ms
 
     def _advance(self, now: int) -> None:

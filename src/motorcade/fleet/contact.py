@@ -136,9 +136,8 @@ class Contact:
     def status(self) -> CarStatus:
         """What is known of the car."""
         fields = self._fields
-        if self._heard_s is None:
-            silent_s = None
-        else:
+        silent_s = None
+        if self._heard_s is not None:
             silent_s = round(monotonic() - self._heard_s, 1)
         texts = {key: safe_name(fields.get(key, "")) for key in ("role", "board", "version", "state")}
         return CarStatus(
@@ -349,11 +348,12 @@ class DriveContact(Contact):
                     self.answered()
                 if client.telemetry and (kind := self.wanted):
                     with suppress(MotorcadeError):
-                        await (client.stop() if kind == STOP else client.clear())
+                        if kind == STOP:
+                            await client.stop()
+                        else:
+                            await client.clear()
                         if self.wanted == kind:
                             self.wanted = ""
-                        else:
-                            self.wanted = self.wanted
                 if place.found and client.problem and not self.has_answered:
                     return
                 await asyncio.sleep(_ORDER_S)

@@ -183,8 +183,6 @@ class RequestFilter:
                 now_s = self._settings.clock()
                 if out_since_s is None:
                     out_since_s = now_s
-                else:
-                    out_since_s = out_since_s
                 if now_s - out_since_s >= _LAST_WORDS_S:
                     await end()
             if is_over:
