@@ -273,7 +273,8 @@ def class_report(folder: ClassFolder, works: Sequence[Pupil | WorkFile], mission
     Raises MotorcadeError where it can't be made, or takes ten minutes.
     """
     with tempfile.TemporaryDirectory(prefix="motorcade-") as name:
-        work, page = Path(name) / "work", Path(name) / "report.html"
+        work = Path(name) / "work"
+        page = Path(name) / "report.html"
         work.mkdir()
 
         def write(path: str, data: bytes) -> None:
@@ -302,7 +303,8 @@ def class_report(folder: ClassFolder, works: Sequence[Pupil | WorkFile], mission
 def _add(write: Callable[[str, bytes], None], folder: ClassFolder, pupil: Pupil) -> _Work:
     """Write all work of a pupil, each file by its path and content."""
     place = f"{pupil.id} {_file_name(pupil.name, set())}"
-    files, taken = [], {"draft"}
+    files = []
+    taken = {"draft"}
     for entry in folder.list(pupil.id):
         path = ""
         with suppress(MotorcadeError):

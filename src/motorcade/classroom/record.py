@@ -222,12 +222,16 @@ class Presence:
     def open_mission(self, mission: str | None, now_s: float) -> None:
         """Begin a mission, or none; opening it again is no step."""
         if mission != self.mission:
-            self.mission, self.goals, self.met, self.most_met = mission, 0, 0, 0
+            self.mission = mission
+            self.goals = 0
+            self.met = 0
+            self.most_met = 0
             self._step(now_s)
 
     def see_goals(self, met: int, goals: int, now_s: float) -> None:
         """Note how many goals are met in the pupil's world: more than ever before is a step."""
-        self.met, self.goals = met, goals
+        self.met = met
+        self.goals = goals
         if met > self.most_met:
             self.most_met = met
             self._step(now_s)

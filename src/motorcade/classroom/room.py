@@ -103,7 +103,8 @@ class Classroom:
         """
         stored = copied(self.kept)
         stored.sign_ins = self.record.sign_ins
-        stored.joined, stored.paired = self.record.joined, self.record.paired
+        stored.joined = self.record.joined
+        stored.paired = self.record.paired
         self.record = stored
         self.presence = {pupil.id: self.presence.get(pupil.id) or Presence() for pupil in stored.pupils}
         self.holders = {name: holder if holder in self.presence else None for name, holder in self.holders.items()}
@@ -275,7 +276,8 @@ class Classroom:
     @request("teacher/rename", stores=True)
     def rename(self, pupil: Id, name: Text40) -> None:
         """Give a pupil another name. Raises MotorcadeError."""
-        renamed, checked = self.pupil(pupil), checked_user_name(name)
+        renamed = self.pupil(pupil)
+        checked = checked_user_name(name)
         check_free(checked, [pupil.name for pupil in self.record.pupils if pupil is not renamed])
         renamed.name = checked
         self.save()
@@ -300,7 +302,10 @@ class Classroom:
         code = new_code(self._random_below)
 
         def forget(record: ClassRecord) -> None:
-            record.missions, record.handed, record.title, record.code = [], None, "", code
+            record.missions = []
+            record.handed = None
+            record.title = ""
+            record.code = code
 
         for pupil in list(self.record.pupils):
             self.remove(pupil.id)

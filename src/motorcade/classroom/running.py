@@ -85,7 +85,8 @@ class RunningClass(Visitors):
         super().__init__(settings)
         self.storage = self.folder = folder
         self.first_key = settings.first_key
-        cars, record = [car.name for car in settings.cars], folder.load(secrets.randbelow)
+        cars = [car.name for car in settings.cars]
+        record = folder.load(secrets.randbelow)
         self.room = Classroom(record, secrets.randbelow, cars, settings.clock())
         folder.is_in = self.is_in
         self.mat = SharedMat()
@@ -149,9 +150,11 @@ class RunningClass(Visitors):
 
     def forget(self, response: Response, connection: HTTPConnection, *, teacher: bool = False) -> None:
         """Sign a browser out."""
-        name, sign_out = self._pupil_cookie, self.room.leave
+        name = self._pupil_cookie
+        sign_out = self.room.leave
         if teacher:
-            name, sign_out = self._teacher_cookie, self.room.sign_out
+            name = self._teacher_cookie
+            sign_out = self.room.sign_out
         sign_out(digest(connection.cookies.get(name, "")))
         response.delete_cookie(name)
 
@@ -294,7 +297,8 @@ class RunningClass(Visitors):
     def note_answers(self, visitor: str, answers: Iterable[WorldAnswer | bytes]) -> None:
         for answer in answers:
             if isinstance(answer, Goals):
-                met, count = sum(goal.progress == "met" for goal in answer.goals), len(answer.goals)
+                met = sum(goal.progress == "met" for goal in answer.goals)
+                count = len(answer.goals)
                 self.room.note(visitor, partial(Presence.see_goals, met=met, goals=count, now_s=self.settings.clock()))
                 self.show_changes()
 

@@ -96,9 +96,11 @@ def _serve(
     if battery:
         measured = BatteryFile(battery)
     if keys:
-        tls, page_tls = server_context(keys), https_context(keys)
+        tls = server_context(keys)
+        page_tls = https_context(keys)
     else:
-        tls, page_tls = None, None
+        tls = None
+        page_tls = None
     if telemetry_port is not None:
         second = telemetry_port
     else:
