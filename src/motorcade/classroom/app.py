@@ -152,7 +152,9 @@ async def _answer(running: RunningClass, handlers: Handlers, request: Request) -
     async with running.bodies.loaded(request) as data:
         arguments = exchange.request.arguments(data)
     # The body may have come late, and had to wait for its turn: the right is asked now, and the deed is the next line.
-    who = "" if exchange.is_open else _asker(running, request)
+    who = ""
+    if not exchange.is_open:
+        who = _asker(running, request)
     now_s = running.settings.clock()
     response = json_response(None)
     since = running.room.revision
@@ -171,7 +173,9 @@ async def _answer(running: RunningClass, handlers: Handlers, request: Request) -
     except MotorcadeError:
         if exchange.stores:
             raise
-    response.body = msgspec.json.encode(Nothing() if answer is None else answer)
+    if answer is None:
+        answer = Nothing()
+    response.body = msgspec.json.encode(answer)
     response.headers["content-length"] = str(len(response.body))
     return response
 

@@ -370,9 +370,9 @@ class Handlers:
     async def progress(self) -> messages.ClassProgress:
         """Return the missions, and what each pupil has earned."""
         found = [messages.MissionStars(mission.id, mission.name, mission.stars) for mission in list_missions({})]
-        stars = {
-            pupil.id: await to_thread.run_sync(self._folder.stars, pupil.id) for pupil in list(self._room.record.pupils)
-        }
+        stars = {}
+        for pupil in list(self._room.record.pupils):
+            stars[pupil.id] = await to_thread.run_sync(self._folder.stars, pupil.id)
         return messages.ClassProgress(found, stars)
 
     @request("teacher/stop-all")

@@ -117,7 +117,10 @@ def new_record(random_below: RandomBelow) -> ClassRecord:
 
 def owners_of(record: ClassRecord) -> set[str]:
     """Return whose libraries a class has: those of its pupils, its pairs and its teacher."""
-    return {TEACHER, *(pupil.id for pupil in record.pupils), *(pair.library for pair in record.pairs)}
+    owners = {TEACHER}
+    owners.update(pupil.id for pupil in record.pupils)
+    owners.update(pair.library for pair in record.pairs)
+    return owners
 
 
 def is_owner(name: str) -> bool:
@@ -128,7 +131,9 @@ def is_owner(name: str) -> bool:
 def is_known(record: ClassRecord, owner: str) -> bool:
     """Return whether a pupil or a pair is, or was, one of this class: its number was given out."""
     of_a_pair, number = _OWNER.fullmatch(owner).groups()  # type: ignore[union-attr]
-    return int(number) <= (record.paired if of_a_pair else record.joined)
+    if of_a_pair:
+        return int(number) <= record.paired
+    return int(number) <= record.joined
 
 
 def leave_pair(record: ClassRecord, pupil_id: str) -> None:
@@ -142,10 +147,13 @@ def leave_pair(record: ClassRecord, pupil_id: str) -> None:
 def _mend(record: ClassRecord, pair: Pair) -> None:
     """Keep of a pair what belongs to its members; its library is to be deleted where nobody is in it."""
     pair.joined = [member for member in pair.joined if member in pair.members]
-    owners = {window: pair.owners.get(window) for window in WINDOWS}
     if pair.asks not in pair.joined:
         pair.asks = None
-    pair.owners = {window: owner if owner in pair.joined else None for window, owner in owners.items()}
+    owners = pair.owners
+    pair.owners = dict.fromkeys(WINDOWS)
+    for window in WINDOWS:
+        if owners.get(window) in pair.joined:
+            pair.owners[window] = owners[window]
     if not pair.joined:
         record.pairs.remove(pair)
         record.removed.append(pair.library)

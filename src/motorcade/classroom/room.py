@@ -107,8 +107,14 @@ class Classroom:
         stored.paired = self.record.paired
         self.record = stored
         self.presence = {pupil.id: self.presence.get(pupil.id) or Presence() for pupil in stored.pupils}
-        self.holders = {name: holder if holder in self.presence else None for name, holder in self.holders.items()}
+        self._free_from(lambda holder: holder not in self.presence)
         self.save()
+
+    def _free_from(self, is_out: Callable[[str | None], bool]) -> None:
+        """Free what is shared from the holders who are out."""
+        for name, holder in self.holders.items():
+            if is_out(holder):
+                self.holders[name] = None
 
     def part(self, change: Callable[[ClassRecord], None]) -> None:
         """Let somebody or something go, by ``change``: that stays so also where it can't be stored at present."""
@@ -295,7 +301,7 @@ class Classroom:
         self.pupil(pupil_id)
         self.part(lambda record: take_out(record, pupil_id))
         self.presence.pop(pupil_id, None)
-        self.holders = {name: None if holder == pupil_id else holder for name, holder in self.holders.items()}
+        self._free_from(lambda holder: holder == pupil_id)
 
     def end(self) -> None:
         """End the class: nobody is in it any more, all names are gone. The password stays; no id comes again."""

@@ -291,7 +291,7 @@ class RunningClass(Visitors):
             mission = None
             if message.mission:
                 mission = message.mission.id or OWN
-            self.room.note(visitor, partial(Presence.open_mission, mission=mission, now_s=self.settings.clock()))
+            self._note(visitor, Presence.open_mission, mission=mission)
             self.show_changes()
 
     def note_answers(self, visitor: str, answers: Iterable[WorldAnswer | bytes]) -> None:
@@ -299,7 +299,7 @@ class RunningClass(Visitors):
             if isinstance(answer, Goals):
                 met = sum(goal.progress == "met" for goal in answer.goals)
                 count = len(answer.goals)
-                self.room.note(visitor, partial(Presence.see_goals, met=met, goals=count, now_s=self.settings.clock()))
+                self._note(visitor, Presence.see_goals, met=met, goals=count)
                 self.show_changes()
 
     @asynccontextmanager
@@ -316,8 +316,12 @@ class RunningClass(Visitors):
         for owner in owners:
             earned = await to_thread.run_sync(self.folder.stars, owner)
             total = sum(map(len, earned.values()))
-            self.room.note(owner, partial(Presence.earn, stars=total, now_s=self.settings.clock()))
+            self._note(owner, Presence.earn, stars=total)
         self.show_changes()
+
+    def _note(self, pupil: str, what: Callable[..., None], **details: object) -> None:
+        """Note now what a pupil did."""
+        self.room.note(pupil, partial(what, **details, now_s=self.settings.clock()))
 
     def check_request(self, visitor: str) -> None:
         """Raise MotorcadeError where the visitor may not send one more request now."""
