@@ -14,7 +14,7 @@ COPY . .
 RUN python -m pip install --no-cache-dir build==1.6.1 \
     && python -m build --wheel --outdir /wheels \
     # The versions of the lock, without hashes: pip takes none in a list of constraints.
-    && sed -e '/^ *--hash=/d' -e 's/ \\$//' requirements.lock > /wheels/constraints.txt
+    && sed -e '/^ *--hash=/d' -e 's/ \\$//' requirements-dev.lock > /wheels/constraints.txt
 
 FROM python:3.13-slim-bookworm
 RUN useradd --create-home motorcade

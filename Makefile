@@ -2,34 +2,50 @@
 PYTHON ?= python3
 BIN := $(if $(filter Windows_NT,$(OS)),.venv/Scripts,.venv/bin)
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
-STAMP := .venv/.installed
+# What users need, what developers need besides, and what `make soak` and `make bench` alone need.
+USERS := .venv/.installed
+DEVELOPERS := .venv/.developer
+MORE := .venv/.more
+# Without the packages that tests never import.
+COMPILE = $(BIN)/python -m compileall -qq -j 0 -x '/(babel|dask|fontTools|mypy|mypyc|numba|pip|setuptools)/' .venv src
+INSTALL = $(PIP) install --no-compile --no-deps --require-hashes --requirement
 
 .PHONY: setup run demo page wheel site quick test soak lint types format generate stale docs bench screenshots lock clean
 
-run: setup ## the studio, in the browser
+run: $(USERS) ## the studio, in the browser
 	$(BIN)/motorcade studio
 
-demo: setup ## everything without a browser: compile, upload, verify, drive, draw
+demo: $(USERS) ## everything without a browser: compile, upload, verify, drive, draw
 	$(BIN)/python examples/first_run.py
 
-setup: $(STAMP)
+setup: $(DEVELOPERS)
 
-$(STAMP): requirements.lock pyproject.toml
+# Developers get all of their packages at once.
+$(DEVELOPERS): DEVELOPING := yes
+
+$(USERS): requirements.lock pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit("Motorcade needs Python 3.11 or newer; this is " + sys.version.split()[0] if sys.version_info < (3, 11) else 0)'
-	@echo "Motorcade is being installed into .venv: a few minutes, the first time only."
+	@echo "Motorcade is being installed into .venv: about a minute, the first time only."
 	$(PYTHON) -m venv .venv
-	$(PIP) install --no-compile --require-hashes --requirement requirements.lock
-	@# The packages are compiled on all processors while npm and Vite build the page.
-	$(BIN)/python -m compileall -qq -j 0 .venv src & $(PIP) install --no-deps --no-build-isolation --editable . && wait
-	$(BIN)/python -c 'import pathlib; pathlib.Path("$(STAMP)").touch()'
+	$(INSTALL) $(if $(DEVELOPING),requirements-dev.lock,requirements.lock)
+	$(if $(DEVELOPING),$(BIN)/python hatch_build.py install)
+	$(PIP) install --no-deps --no-build-isolation --editable .
+	@# What built the page takes much room; developers keep it.
+	$(if $(DEVELOPING)$(wildcard $(DEVELOPERS)),,$(BIN)/python -c 'import shutil; shutil.rmtree("web/node_modules", ignore_errors=True)')
+	$(BIN)/python -c 'import pathlib; pathlib.Path("$(USERS)").touch()'
 
-# What `make soak` and `make bench` need besides: a fuzzer, and the peers that are measured.
-MORE := .venv/.more
-$(MORE): requirements-more.lock $(STAMP)
-	$(PIP) install --no-deps --require-hashes --requirement requirements-more.lock
+$(DEVELOPERS): requirements-dev.lock $(USERS)
+	$(INSTALL) requirements-dev.lock
+	$(BIN)/python hatch_build.py install
+	$(COMPILE)
+	$(BIN)/python -c 'import pathlib; pathlib.Path("$(DEVELOPERS)").touch()'
+
+# A fuzzer, and the peers that are measured.
+$(MORE): requirements-more.lock $(DEVELOPERS)
+	$(INSTALL) requirements-more.lock
 	$(BIN)/python -c 'import pathlib; pathlib.Path("$(MORE)").touch()'
 
-page: setup ## build the studio's page
+page: $(USERS) ## build the studio's page
 	$(BIN)/python hatch_build.py build
 
 wheel: page ## the package with its page, into dist; other computers install it without Node
@@ -49,7 +65,8 @@ quick: setup ## lint, types, and the tests of words, cars, programs and driving 
 	$(BIN)/python -m pytest --hypothesis-profile few --numprocesses auto --dist loadfile $(QUICK)
 
 test: setup
-	$(BIN)/python hatch_build.py test
+	@# Debian's packages are fetched while the page's own tests run; the tests that need them wait for them.
+	$(BIN)/python -m scripts.debian & $(BIN)/python hatch_build.py test
 	$(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 
 soak: $(MORE) ## the same tests with many more examples; then bytes made by a fuzzer, and code that is changed; slow
@@ -106,9 +123,10 @@ LOCK = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generat
 
 lock: setup ## pin the newest versions that pyproject.toml allows
 	$(PIP) install uv
-	$(LOCK) --all-extras --group dev --group docs --upgrade pyproject.toml --output-file requirements.lock
-	$(LOCK) --group soak --group bench --constraint requirements.lock --output-file requirements-more.lock
-	$(LOCK) --group release --constraint requirements.lock --output-file requirements-release.lock
+	$(LOCK) --all-extras --group dev --group docs --upgrade pyproject.toml --output-file requirements-dev.lock
+	$(LOCK) --extra studio --extra runs --group page --constraint requirements-dev.lock pyproject.toml --output-file requirements.lock
+	$(LOCK) --group soak --group bench --constraint requirements-dev.lock --output-file requirements-more.lock
+	$(LOCK) --group release --constraint requirements-dev.lock --output-file requirements-release.lock
 
 clean:
 	$(PYTHON) -c 'import shutil; [shutil.rmtree(name, ignore_errors=True) for name in (".venv", "build", "dist")]'

@@ -1,6 +1,7 @@
 """Build the studio's page into the package, with the Node that comes as a Python package.
 
-By itself, `python hatch_build.py [build|lint|types|test|dev]` runs one of web/package.json's scripts in the same way.
+By itself, `python hatch_build.py [build|lint|types|test|dev]` runs one of web/package.json's scripts in the same way;
+`build` needs the packages under "dependencies" alone. `python hatch_build.py install` installs what all of them need.
 With MOTORCADE_NO_PAGE=1 in the environment no page is built, so packages need neither Node nor a network.
 """
 
@@ -22,6 +23,8 @@ LOCALES = Path("src/motorcade/locales")
 FIRMWARES = (Path("firmware/micropython"), Path("firmware/arduino"))
 # msgspec for the Python in web/package-lock.json's Pyodide; Vite copies its wheel into the page.
 WHEELS = WEB / "node_modules" / ".wheels"
+# It is installed only where all packages are.
+TESTS_OF_PAGE = "vitest"
 PYODIDE = (
     "--platform",
     "pyemscripten_2026_0_wasm32",
@@ -92,13 +95,35 @@ def npm_run(root: Path, script: str, *arguments: str) -> None:
         RuntimeError: npm failed; its output stands above.
     """
     web = root / WEB
-    # npm writes this file into node_modules when it is done.
-    installed, lock = web / "node_modules" / ".package-lock.json", web / "package-lock.json"
-    if not installed.is_file() or installed.stat().st_mtime < lock.stat().st_mtime:
-        # One retry: npm's own three take minutes where there is no network.
-        _npm(web, "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=1")
+    install(root, is_building=script == "build")
     _get_wheel(root)
     _npm(web, "run", script, *(["--", *arguments] if arguments else []))
+
+
+def install(root: Path, *, is_building: bool) -> None:
+    """Install exactly the packages that web/package-lock.json names, unless they are there.
+
+    Args:
+        root: the repository's root.
+        is_building: only what builds the page, without its tests and linters.
+
+    Raises:
+        RuntimeError: npm failed; its output stands above.
+    """
+    web = root / WEB
+    # npm writes this file into node_modules when it is done.
+    installed, lock = web / "node_modules" / ".package-lock.json", web / "package-lock.json"
+    is_fresh = installed.is_file() and installed.stat().st_mtime >= lock.stat().st_mtime
+    if is_fresh and (is_building or (web / "node_modules" / TESTS_OF_PAGE).is_dir()):
+        return
+    command: tuple[str, ...] = ("ci",)
+    if is_building:
+        command = ("ci", "--omit=dev")
+    elif is_fresh:
+        # It adds what is missing; `ci` would begin anew.
+        command = ("install", "--no-save")
+    # One retry: npm's own three take minutes where there is no network.
+    _npm(web, *command, "--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=1")
 
 
 def _get_wheel(root: Path) -> None:
@@ -142,7 +167,11 @@ def _npm(web: Path, *arguments: str) -> None:
 
 
 if __name__ == "__main__":
+    root = Path(__file__).resolve().parent
     try:
-        npm_run(Path(__file__).resolve().parent, *(sys.argv[1:] or ["build"]))
+        if sys.argv[1:] == ["install"]:
+            install(root, is_building=False)
+        else:
+            npm_run(root, *(sys.argv[1:] or ["build"]))
     except RuntimeError as error:
         sys.exit(str(error))

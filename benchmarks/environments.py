@@ -14,13 +14,12 @@ import argparse
 import math
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
-from timing import Contestant, take_turns
+from timing import Contestant, has_peer, take_turns
 
 from motorcade.lab import parallel_env, vector_env
 from motorcade.mats import Mat, Pose, Starts
@@ -69,7 +68,7 @@ def pettingzoo(agents: int) -> Contestant:
 
 
 def vmas(agents: int, worlds: int, rays: int) -> Contestant:
-    """Make the contestant VMAS. Raises ImportError."""
+    """Make the contestant VMAS."""
     import torch
     import vmas as library
     from vmas.simulator.core import Agent, Landmark, Sphere, World
@@ -115,20 +114,15 @@ def vmas(agents: int, worlds: int, rays: int) -> Contestant:
     return Contestant(agents * worlds * STEPS, run)
 
 
-def contestants(console: Console) -> dict[str, Contestant]:
+def contestants(has_vmas: bool) -> dict[str, Contestant]:
     made: dict[str, Contestant] = {}
     for agents, worlds in SIZES:
         size = f"{worlds:,} worlds of {agents} agents"
         made[f"{size}, wheels"] = motorcade(agents, worlds, "wheels")
         made[f"{size}, words"] = motorcade(agents, worlds, "words")
-        makers: dict[str, Callable[[], Contestant]] = {
-            f"{size}, VMAS": lambda agents=agents, worlds=worlds: vmas(agents, worlds, 0),  # type: ignore[misc]
-            f"{size}, VMAS with Lidar": lambda agents=agents, worlds=worlds: vmas(agents, worlds, 3),  # type: ignore[misc]
-        }
-        try:
-            made |= {name: make() for name, make in makers.items()}
-        except ImportError as missing:
-            console.print(f"[red]VMAS is not compared: {missing}. See --help for how to install it.[/]")
+        if has_vmas:
+            made[f"{size}, VMAS"] = vmas(agents, worlds, 0)
+            made[f"{size}, VMAS with Lidar"] = vmas(agents, worlds, 3)
     made["PettingZoo, 16 agents, wheels"] = pettingzoo(16)
     return made
 
@@ -149,8 +143,9 @@ def main() -> None:
     if peers := parser.parse_args().peers:
         sys.path.append(str(peers))
     console = Console(width=120)
+    has_vmas = has_peer(console, "VMAS (see --help)", "torch", "vmas")
     with console.status("making the worlds") as status:
-        made = contestants(console)
+        made = contestants(has_vmas)
         for each in made.values():
             each.run()
         take_turns(made, TURNS, status.update)

@@ -82,17 +82,15 @@ def _ir_sim_world(mat: Mat, collisions: str) -> dict[str, object]:
     return {"world": world, "robot": [robots], "obstacle": obstacles}
 
 
-def vmas(cars: int, worlds: int, ticks: int) -> Contestant | None:
-    """Make the contestant VMAS; None where VMAS isn't installed."""
-    try:
-        import torch
-        import vmas as library
-        from vmas.simulator.core import Agent, Landmark, Sphere, World
-        from vmas.simulator.dynamics.diff_drive import DiffDrive
-        from vmas.simulator.scenario import BaseScenario
-        from vmas.simulator.utils import ScenarioUtils
-    except ImportError:
-        return None
+def vmas(cars: int, worlds: int, ticks: int) -> Contestant:
+    """Make the contestant VMAS."""
+    import torch
+    import vmas as library
+    from vmas.simulator.core import Agent, Landmark, Sphere, World
+    from vmas.simulator.dynamics.diff_drive import DiffDrive
+    from vmas.simulator.scenario import BaseScenario
+    from vmas.simulator.utils import ScenarioUtils
+
     size_m = crowd_mat(cars).size_m
     assert size_m
     half = size_m[0] / 2

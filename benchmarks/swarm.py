@@ -18,7 +18,7 @@ from peers import ir_sim, memory_roof, plain_loop, vmas
 from rich.console import Console
 from rich.table import Table
 from road_scenario import road_mat, road_programs
-from timing import Contestant, take_turns
+from timing import Contestant, has_peer, take_turns
 
 from motorcade.config.profile import built_in_profile
 from motorcade.engine.layout import rules_of
@@ -212,16 +212,23 @@ def add_peers(report: Report, peers: dict[str, tuple[Contestant | None, Contesta
             report.figure(name, "[dim]not installed[/]")
 
 
-def peers_of(one: dict[str, Crowd], many: Crowd) -> dict[str, tuple[Contestant | None, Contestant]]:
-    """Other simulators, each with the crowd that it is compared to."""
+def peers_of(
+    one: dict[str, Crowd], many: Crowd, has_ir_sim: bool, has_vmas: bool
+) -> dict[str, tuple[Contestant | None, Contestant]]:
+    """Other simulators, each with the crowd that it is compared to; None in place of one that isn't installed."""
     hundred, thousand = one[one_world(100, 1)].contestant, one[one_world(1_000, 1)].contestant
+    worlds = many.worlds[0].worlds
+
+    def robots(cars: int, collisions: str, ticks: int) -> Contestant | None:
+        return ir_sim(cars, collisions, ticks) if has_ir_sim else None
+
     return {
-        "IR-SIM, 100 robots, collisions found": (ir_sim(100, "unobstructed", 200), hundred),
-        "IR-SIM, 100 robots, bodies push": (ir_sim(100, "contact", 100), hundred),
-        "IR-SIM, 1,000 robots, collisions found": (ir_sim(1_000, "unobstructed", 10), thousand),
-        "IR-SIM, 1,000 robots, bodies push": (ir_sim(1_000, "contact", 8), thousand),
-        f"VMAS, {many.worlds[0].worlds:,} worlds × 16 robots, 2 threads": (
-            vmas(16, many.worlds[0].worlds, 4),
+        "IR-SIM, 100 robots, collisions found": (robots(100, "unobstructed", 200), hundred),
+        "IR-SIM, 100 robots, bodies push": (robots(100, "contact", 100), hundred),
+        "IR-SIM, 1,000 robots, collisions found": (robots(1_000, "unobstructed", 10), thousand),
+        "IR-SIM, 1,000 robots, bodies push": (robots(1_000, "contact", 8), thousand),
+        f"VMAS, {worlds:,} worlds × 16 robots, 2 threads": (
+            vmas(16, worlds, 4) if has_vmas else None,
             many.contestant,
         ),
         "the plain loop (CPython), 100 cars": (plain_loop(100, 25), hundred),
@@ -235,11 +242,11 @@ def contestants_of(
     yield from ((name, peer) for name, (peer, _) in peers.items() if peer)
 
 
-def measure(quick: bool, report_progress: Callable[[str], None]) -> Table:
+def measure(quick: bool, has_ir_sim: bool, has_vmas: bool, report_progress: Callable[[str], None]) -> Table:
     turns, worlds = (QUICK_TURNS, 2_048) if quick else (TURNS, 32_768)
     many_name = f"{worlds:,} worlds × 16 cars, 2 threads"
     one, many = crowds(quick), Crowd(16, 2, worlds)
-    peers, start, roof = peers_of(one, many), fresh_start(), memory_roof()
+    peers, start, roof = peers_of(one, many, has_ir_sim, has_vmas), fresh_start(), memory_roof()
     start.run()
     contestants = dict(contestants_of({**one, many_name: many}, peers))
     take_turns({**contestants, "first step": start, "triad": roof}, turns, report_progress)
@@ -256,8 +263,9 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="fewer repetitions, 100,000 cars at most")
     quick = parser.parse_args().quick
     console = Console(width=160)
+    has_ir_sim, has_vmas = has_peer(console, "IR-SIM", "irsim"), has_peer(console, "VMAS", "torch", "vmas")
     with console.status("making the crowds") as status:
-        table = measure(quick, status.update)
+        table = measure(quick, has_ir_sim, has_vmas, status.update)
     console.print(table)
 
 

@@ -1,5 +1,6 @@
 """Timing on a machine that others use too: each repetition records how much processor time others used meanwhile."""
 
+import importlib.util
 import os
 import time
 from collections.abc import Callable, Mapping
@@ -7,10 +8,20 @@ from dataclasses import dataclass, field
 from statistics import median
 
 import psutil
+from rich.console import Console
 
 QUIET = 0.15  # processors that others may use during a quiet repetition
 FEWEST = 3  # quiet repetitions that are enough for a median
 PATIENCE_S = 2.0
+
+
+def has_peer(console: Console, peer: str, *modules: str) -> bool:
+    """Return whether a peer's modules are installed. Where one isn't, say so: ask before anything is measured."""
+    missing = [module for module in modules if importlib.util.find_spec(module) is None]
+    if missing:
+        # Markup would take the name of a module in brackets for a style.
+        console.print(f"{peer} is not compared: {', '.join(missing)} is not installed", style="red", markup=False)
+    return not missing
 
 
 @dataclass

@@ -21,8 +21,6 @@ _MAC_PLACES = (
 _WINDOWS_PLACES = (r"Google\Chrome\Application\chrome.exe", r"Chromium\Application\chrome.exe")
 _WINDOWS_ROOTS = ("PROGRAMFILES", "PROGRAMFILES(X86)", "LOCALAPPDATA")
 _WITHOUT_WINDOWS = "chromium-headless-shell"
-# Pages are in Chinese too, and a Debian without a desktop has no Chinese font.
-_CHINESE = "fonts-noto-cjk"
 
 
 def find() -> Path | None:
@@ -41,7 +39,7 @@ def find_or_install() -> Path | None:
     """Return a browser, None for none; install Debian's first where there is none (see debian.install)."""
     found = find()
     if found is None:
-        debian.install("chromium", _CHINESE)
+        debian.install("chromium", debian.CHINESE)
         found = find()
     return found
 
@@ -50,7 +48,7 @@ def find_or_install_for_tests() -> Path | None:
     """Return Debian's Chromium without windows, which opens a page with half the work; else as `find_or_install`."""
     if CHOICE in os.environ:
         return find()
-    return debian.find_or_install(_WITHOUT_WINDOWS, _WITHOUT_WINDOWS, _CHINESE) or find_or_install()
+    return debian.find_or_install(_WITHOUT_WINDOWS, *debian.FOR_TESTS[_WITHOUT_WINDOWS]) or find_or_install()
 
 
 if __name__ == "__main__":

@@ -1,10 +1,29 @@
-"""Find programs that tests run and pip can't install, or install them from Debian."""
+"""Find programs that tests run and pip can't install, or install them from Debian.
+
+Run as a script, install all that `make test` needs and that is missing, in one go.
+"""
 
 import os
 import shutil
 import subprocess
+import tempfile
 from pathlib import Path
 from typing import Any
+
+# Whoever installs holds this lock, so that tests in several processes install nothing twice.
+LOCK = Path(tempfile.gettempdir()) / "motorcade-tests.lock"
+# Pages are in Chinese too, and a Debian without a desktop has no Chinese font.
+CHINESE = "fonts-noto-cjk"
+# The programs that `make test` runs, and the packages that bring them.
+FOR_TESTS = {
+    "chromium-headless-shell": ("chromium-headless-shell", CHINESE),
+    "WebKitWebDriver": ("webkit2gtk-driver", "xvfb", CHINESE),
+    "gcc": ("gcc", "libc6-dev"),
+    "g++": ("g++",),
+    "avr-gcc": ("gcc", "libc6-dev", "gcc-avr", "avr-libc", "arduino-core-avr", "libsimavr-dev"),
+    "simavr": ("simavr",),
+    "tshark": ("tshark",),
+}
 
 _QUIET: dict[str, Any] = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "check": False}
 _SILENT: dict[str, Any] = {**_QUIET, "stderr": subprocess.DEVNULL}
@@ -44,3 +63,17 @@ def unpack(folder: Path, *packages: str) -> bool:
             return False
         subprocess.run(["dpkg-deb", "--extract", files[0], folder], **{**_SILENT, "check": True})
     return True
+
+
+def main() -> None:
+    """Install what is missing of `FOR_TESTS`."""
+    from filelock import FileLock
+
+    with FileLock(LOCK):
+        missing = {package for command in FOR_TESTS if not shutil.which(command) for package in FOR_TESTS[command]}
+        if missing:
+            install(*sorted(missing))
+
+
+if __name__ == "__main__":
+    main()

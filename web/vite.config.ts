@@ -1,11 +1,11 @@
+/// <reference types="vitest/config" />
 import react from "@vitejs/plugin-react";
 import { createHash } from "node:crypto";
 import { readdirSync, readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
-import type { Plugin, Rolldown } from "vite";
-import { defineConfig } from "vitest/config";
+import { defineConfig, type Plugin, type Rolldown } from "vite";
 
 /** The studio, the remote, the pages of a class, and the studio as static files with its service worker. */
 const PAGES = ["index.html", "drive.html", "class.html", "site.html", "src/site/sw.ts"];

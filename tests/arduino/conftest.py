@@ -23,7 +23,7 @@ Compiler = Callable[..., Program]
 @pytest.fixture(scope="session")
 def tools(install_lock: FileLock) -> None:
     """avr-gcc, Arduino's core and simavr are installed; skip loudly where they can't be."""
-    packages = ("gcc", "libc6-dev", "gcc-avr", "avr-libc", "arduino-core-avr", "libsimavr-dev")
+    packages = debian.FOR_TESTS["avr-gcc"]
     needed = (arduino_build.CORE, Path("/usr/include/simavr/sim_avr.h"))
     with install_lock:
         if not (debian.find_or_install("avr-gcc", *packages) and all(path.exists() for path in needed)):

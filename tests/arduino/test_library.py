@@ -81,7 +81,7 @@ def test_an_example_for_any_board_compiles_for_a_core_that_has_little(gxx, examp
 @pytest.fixture(scope="module")
 def gxx(install_lock) -> str:
     with install_lock:
-        found = debian.find_or_install("g++", "g++")
+        found = debian.find_or_install("g++", *debian.FOR_TESTS["g++"])
     if found is None:
         pytest.skip("no g++ (on Debian: apt-get install g++)")
     return str(found)

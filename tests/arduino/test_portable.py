@@ -16,8 +16,8 @@ from motorcade.car.board import Board
 from motorcade.car.loop import Car
 from motorcade.config.profile import levels_of
 from motorcade.firmware.arduino_library import library_folder
-from motorcade.words.image import words_to_bytes
 from motorcade.words.infrared import frame_durations_us, to_frame
+from motorcade.words.packing import words_to_bytes
 from motorcade.words.request import car_request, check_request
 from motorcade.words.upload import READBACK_REQUEST, ok_line
 from support.emulated_uploads import image_of
@@ -34,7 +34,7 @@ TICKS = 120
 def plain(install_lock: FileLock, tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
     """The portable parts as a library for this computer, with checks for undefined behaviour."""
     with install_lock:
-        gxx = debian.find_or_install("g++", "g++")
+        gxx = debian.find_or_install("g++", *debian.FOR_TESTS["g++"])
     if gxx is None:
         pytest.skip("no g++ (on Debian: apt-get install g++)")
     folder, source = tmp_path_factory.mktemp("plain"), library_folder() / "src"

@@ -59,8 +59,8 @@ def profiles(browser: Browser) -> Profiles:
 
 
 @pytest.fixture(scope="session")
-def page_built(chromium_path: Path, install_lock: FileLock) -> None:
-    with install_lock:
+def page_built(chromium_path: Path, page_lock: FileLock) -> None:
+    with page_lock:
         build_page()
 
 

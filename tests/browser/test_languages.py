@@ -146,7 +146,7 @@ def locales_with_a_third(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pat
 @pytest.mark.soak
 def test_a_third_language_is_one_file(browser, page_built, locales_with_a_third, tmp_path) -> None:
     build = tmp_path / "page"
-    hatch_build.npm_run(ROOT, "bundle", "--outDir", str(build))
+    hatch_build.npm_run(ROOT, "build", "--outDir", str(build))
     with running_studio(tmp_path / "library", environment={**os.environ}) as process:
         studio = StudioPage.open(browser, process.url, project=FOLLOWED, build=build)
         studio.choose("Language and colours", item="Esperanto")

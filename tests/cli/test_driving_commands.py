@@ -13,7 +13,8 @@ from motorcade.cli.options import own_folder
 from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.keys import server_context
 from support.command_line import INSTALLED, Terminal, data, refusal, run
-from support.driven_car import NEUTRAL, PATIENT, DrivenCar, deaf_port
+from support.driven_car import PATIENT, DrivenCar, deaf_port
+from support.mock_board import NEUTRAL
 from support.terminal_process import terminal
 from support.waiting import DEADLINE_S, wait_until
 

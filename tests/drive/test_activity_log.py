@@ -14,7 +14,7 @@ from motorcade.drive.activity_log import MOST_BYTES, OLD_FILES, ActivityLog
 from motorcade.drive.session import ControlSession
 from motorcade.errors import MotorcadeError
 from motorcade.words.formats import DRIVE
-from support.socketless_car import Car
+from support.socketless_car import SocketlessCar
 from support.waiting import wait_until
 
 AT = datetime(2026, 11, 22, 23, 30, tzinfo=UTC)
@@ -26,7 +26,7 @@ def entries(file):
 
 
 def test_it_says_who_drove_stopped_and_cleared(tmp_path):
-    log, car = ActivityLog(tmp_path / "log.jsonl", lambda problem: None), Car()
+    log, car = ActivityLog(tmp_path / "log.jsonl", lambda problem: None), SocketlessCar()
     car.control.record = partial(log.record, car="ada")
     lin, mei = (ControlSession(car.control, name) for name in ("lin:1", "小美:2"))
     lin.command(STILL)
@@ -132,7 +132,7 @@ def test_a_disk_that_hangs_delays_neither_a_stop_nor_the_end_and_what_it_missed_
     # Nobody reads it, so the writer hangs when the pipe is full.
     reader = os.open(hanging, os.O_RDONLY | os.O_NONBLOCK)
     log = ActivityLog(hanging, lambda problem: None, lambda: AT)
-    car = Car()
+    car = SocketlessCar()
     car.control.record = log.record
     ControlSession(car.control, "lin:1").command(STILL)
     for number in range(2000):

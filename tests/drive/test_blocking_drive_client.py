@@ -7,7 +7,8 @@ import pytest
 from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.connection import CarRefusesError
 from motorcade.errors import DriveError
-from support.driven_car import NEUTRAL, deaf_port
+from support.driven_car import deaf_port
+from support.mock_board import NEUTRAL
 from support.waiting import wait_until
 from support.working_drivers import HALF
 

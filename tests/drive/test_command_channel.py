@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from motorcade.drive.session import ControlSession
 from motorcade.drive.wire import SessionError
 from motorcade.words.formats import DRIVE
-from support.socketless_car import Car, begin, command, receive
+from support.socketless_car import SocketlessCar, begin, command, receive
 
 
 @given(st.lists(st.integers(0, 180), min_size=1, max_size=40), st.lists(st.integers(1, 11)))
 def test_commands_cut_and_joined_in_any_way_are_executed_newest_first_and_never_misread(angles, cuts) -> None:
-    car = Car()
+    car = SocketlessCar()
     channel, _ = car.commands()
     begin(car, channel, command(90))
     data, expected, whole = b"".join(map(command, angles)), [90], 0
@@ -30,7 +30,7 @@ def test_commands_cut_and_joined_in_any_way_are_executed_newest_first_and_never_
 
 
 def test_of_what_has_gathered_the_end_alone_is_executed() -> None:
-    car = Car()
+    car = SocketlessCar()
     channel, _ = car.commands()
     begin(car, channel, command(90))
     receive(channel, command(10) * 5000 + command(20))
@@ -40,7 +40,7 @@ def test_of_what_has_gathered_the_end_alone_is_executed() -> None:
 
 @pytest.mark.parametrize(("byte_order", "packed"), [("big", "128CB000"), ("little", "00B08C12")])
 def test_the_first_seed_word_arrives_in_either_byte_order(byte_order: str, packed: str) -> None:
-    car = Car(byte_order)
+    car = SocketlessCar(byte_order)
     channel, _ = car.commands()
     begin(car, channel, bytes.fromhex(packed))
     assert car.control.telemetry()[1:4] == (40, 1, 150)
@@ -48,7 +48,7 @@ def test_the_first_seed_word_arrives_in_either_byte_order(byte_order: str, packe
 
 @given(st.binary(min_size=1, max_size=5000))
 def test_made_up_bytes_are_counted_and_move_nothing_that_is_not_their_command(data: bytes) -> None:
-    car = Car()
+    car = SocketlessCar()
     driver, _ = car.commands(1)
     begin(car, driver, command(90, 100))
     channel, _ = car.commands(2)
@@ -59,7 +59,7 @@ def test_made_up_bytes_are_counted_and_move_nothing_that_is_not_their_command(da
 
 @pytest.mark.parametrize("cut", range(1, 12))
 def test_what_is_no_command_ends_the_connection_and_what_stands_beside_it_is_not_obeyed(cut: int) -> None:
-    car = Car()
+    car = SocketlessCar()
     channel, line = car.commands()
     begin(car, channel, command(90, 100))
     data = command(91, 100) + b"GET " + command(92, 100)
@@ -73,7 +73,7 @@ def test_what_is_no_command_ends_the_connection_and_what_stands_beside_it_is_not
 
 
 def test_a_client_that_sends_nonsense_alone_takes_no_place() -> None:
-    car = Car()
+    car = SocketlessCar()
     for port in range(9):
         receive(car.commands(port)[0], b"GET ")
     channel, line = car.commands(99)
@@ -82,7 +82,7 @@ def test_a_client_that_sends_nonsense_alone_takes_no_place() -> None:
 
 
 def test_when_all_places_are_taken_the_longest_silent_client_loses_its_place() -> None:
-    car = Car()
+    car = SocketlessCar()
     channels = [car.commands(port) for port in range(9)]
     for car.now_ms, (channel, _) in enumerate(channels):
         receive(channel, command(90) * 2)
@@ -104,7 +104,7 @@ def test_when_all_places_are_taken_the_longest_silent_client_loses_its_place() -
 )
 def test_a_client_gets_a_place_of_one_that_has_two_more_but_not_the_wheel(taken, newcomer, gives) -> None:
     """The sessions of a full car are told by the first letters of their clients; the first one drives."""
-    car = Car()
+    car = SocketlessCar()
     sessions = [ControlSession(car.control, client, client) for client in taken]
     sessions[0].command(DRIVE.encode(angle=90, direction=1, speed=100))
     for session in sessions:

@@ -9,8 +9,9 @@ from motorcade.drive.client import DriveClient
 from motorcade.drive.connection import CarRefusesError
 from motorcade.drive.wire import pack_frame
 from motorcade.errors import DriveError
-from support.driven_car import NEUTRAL, deaf_port
+from support.driven_car import deaf_port
 from support.loop_car import loop_car
+from support.mock_board import NEUTRAL
 from support.mock_clock import mock_clock, pass_time
 from support.rooms import in_loop
 from support.waiting import until

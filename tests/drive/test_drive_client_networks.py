@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from support.driven_car import CLASSROOM
 from support.loop_car import loop_car
+from support.mock_board import CLASSROOM
 from support.mock_clock import mock_clock, pass_time
 from support.waiting import until
 from support.working_drivers import behind_proxies, driving

@@ -14,8 +14,9 @@ from motorcade.drive.keys import server_context
 from motorcade.drive.listener import DRIVE_PLACES
 from motorcade.drive.wire import pack_frame
 from motorcade.words.formats import DRIVE
-from support.driven_car import NEUTRAL, PATIENT, DrivenCar
+from support.driven_car import PATIENT, DrivenCar
 from support.loop_car import LoopCar, loop_car
+from support.mock_board import NEUTRAL
 from support.mock_clock import mock_clock, pass_time
 from support.soak import SOAK
 from support.waiting import DEADLINE_S, until, wait_until

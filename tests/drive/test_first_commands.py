@@ -10,28 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from motorcade.car.drive_board import DriveBoard
 from motorcade.drive.stamps import stamp_at
 from motorcade.words.formats import DRIVE, LIGHTS
 from support.driven_car import PATIENT, STEADY, DrivenCar
 from support.soak import SOAK
-from support.socketless_car import Car, ask, command, receive
+from support.socketless_car import SocketlessCar, ask, command, receive
 from support.waiting import DEADLINE_S, wait_until
 
 MESSAGES = 100_000 if SOAK else 10_000
-
-
-class Wheels(DriveBoard):
-    """Notes each setpoint, also one with speed 0: steering is a movement too."""
-
-    def __init__(self) -> None:
-        self.setpoints: list[tuple[int, int, int]] = []
-
-    def apply(self, *setpoint: int) -> None:
-        self.setpoints.append(setpoint)  # type: ignore[arg-type]
-
-    def neutral(self) -> None:
-        pass
 
 
 def tls(dice: random.Random) -> bytes:
@@ -118,7 +104,7 @@ def test_first_messages_of_other_programs_move_no_wheel_however_they_are_cut(
     message: Callable[[random.Random], bytes], byte_order: str
 ) -> None:
     dice = random.Random(f"{message.__name__} {byte_order}")
-    car = Car(byte_order, Wheels())
+    car = SocketlessCar(byte_order)
     for number in range(MESSAGES // len(PROTOCOLS)):
         channel, line = car.commands(number)
         for piece in pieces(message(dice), dice):
@@ -126,20 +112,20 @@ def test_first_messages_of_other_programs_move_no_wheel_however_they_are_cut(
                 receive(channel, piece)
                 car.wait(dice.randrange(40))
         car.wait(50)
-        assert car.board.setpoints == []
+        assert car.board.applied == []
         line.abort()
 
 
 @pytest.mark.parametrize("message", [tls, http, ssh, mqtt, redis, sip])
 def test_the_beginning_alone_of_a_message_moves_no_wheel(message: Callable[[random.Random], bytes]) -> None:
     dice = random.Random(message.__name__)
-    car = Car("big", Wheels())
+    car = SocketlessCar("big")
     for number in range(MESSAGES // 10):
         data = message(dice)
         channel, line = car.commands(number)
         receive(channel, data[: dice.randrange(1, min(len(data), 40))])
         car.wait(1000)
-        assert car.board.setpoints == []
+        assert car.board.applied == []
         line.abort()
 
 
@@ -157,7 +143,7 @@ def test_the_beginning_alone_of_a_message_moves_no_wheel(message: Callable[[rand
     ],
 )
 def test_the_console_says_once_who_a_stranger_is(data: bytes, says: str) -> None:
-    car = Car()
+    car = SocketlessCar()
     for port in range(50):
         channel, line = car.commands(port)
         receive(channel, data)
@@ -172,14 +158,14 @@ def test_the_console_says_once_who_a_stranger_is(data: bytes, says: str) -> None
 
 
 def test_many_strangers_do_not_fill_the_console() -> None:
-    car = Car()
+    car = SocketlessCar()
     for number in range(1000):
         receive(car.commands(1, f"10.0.{number // 250}.{number % 250}")[0], b"GET / ")
     assert 0 < len(car.said) <= 20
 
 
 def test_strangers_at_the_port_for_telemetry_are_named_too() -> None:
-    car = Car()
+    car = SocketlessCar()
     for data, says in ((tls(random.Random(1)), "speaks TLS"), (command(90, 9), "another port for commands")):
         channel, line = car.telemetry()
         channel.data_received(data)
@@ -188,7 +174,7 @@ def test_strangers_at_the_port_for_telemetry_are_named_too() -> None:
 
 
 def test_one_command_is_obeyed_when_nothing_follows_it_for_50_ms() -> None:
-    car = Car()
+    car = SocketlessCar()
     channel, _ = car.commands()
     receive(channel, command(40, 150))
     car.wait(49)
@@ -198,7 +184,7 @@ def test_one_command_is_obeyed_when_nothing_follows_it_for_50_ms() -> None:
 
 
 def test_a_first_command_that_arms_the_car_counts_though_the_next_one_comes_within_50_ms() -> None:
-    car = Car()
+    car = SocketlessCar()
     channel, line = car.commands()
     receive(channel, command(90, 100) * 2)
     line.abort()
@@ -211,7 +197,7 @@ def test_a_first_command_that_arms_the_car_counts_though_the_next_one_comes_with
 
 
 def test_a_slow_network_that_cuts_commands_in_pieces_delays_them_and_no_more() -> None:
-    car = Car()
+    car = SocketlessCar()
     channel, _ = car.commands()
     for byte in command(40, 150) + command(41, 150):
         assert car.board.angles == []
@@ -221,7 +207,7 @@ def test_a_slow_network_that_cuts_commands_in_pieces_delays_them_and_no_more() -
 
 
 def test_all_commands_of_a_burst_count_as_ever_and_one_alone_that_hangs_up_is_told() -> None:
-    car = Car()
+    car = SocketlessCar()
     channel, line = car.commands()
     receive(channel, command(10, 100) * 9 + command(20, 100))
     assert car.board.angles == [20]
@@ -235,7 +221,7 @@ def test_all_commands_of_a_burst_count_as_ever_and_one_alone_that_hangs_up_is_to
 
 
 def test_a_client_that_begins_with_the_lights_is_believed() -> None:
-    car = Car()
+    car = SocketlessCar()
     channel, line = car.commands()
     receive(channel, struct.pack(">I", LIGHTS.encode(horn=1)) + command(20, 100))
     assert line.is_open
@@ -244,14 +230,14 @@ def test_a_client_that_begins_with_the_lights_is_believed() -> None:
 
 def test_stamped_commands_move_nothing_until_the_clock_is_answered() -> None:
     """What fills the bits that are 0 otherwise may be another program's data."""
-    car = Car("big", Wheels())
+    car = SocketlessCar("big")
     channel, line = car.commands()
     for number in range(60):
         stamp = stamp_at(car.now_ms)
         receive(channel, struct.pack(">I", DRIVE.encode(speed=0 if number < 2 else 100) | stamp))
         car.wait(50)
     assert line.is_open
-    assert car.board.setpoints == []
+    assert car.board.applied == []
     assert "answer to the car's clock" in car.said[-1]
     telemetry, answers = car.telemetry()
     ask(telemetry, answers, do="join", port=1000)
@@ -259,7 +245,7 @@ def test_stamped_commands_move_nothing_until_the_clock_is_answered() -> None:
     clock = answers.frames()[-1]["you"]["clock"]
     ask(telemetry, answers, do="sync", clock=clock, words=60, stamp=stamp_at(car.now_ms))
     receive(channel, struct.pack(">I", DRIVE.encode(direction=1, speed=100) | stamp_at(car.now_ms)))
-    assert car.board.setpoints == [(90, 1, 100)]
+    assert car.board.applied == [(90, 1, 100)]
 
 
 @pytest.mark.parametrize(
@@ -271,7 +257,7 @@ def test_stamped_commands_move_nothing_until_the_clock_is_answered() -> None:
     ],
 )
 def test_the_console_says_once_why_commands_do_nothing(state: str, says: str) -> None:
-    car = Car()
+    car = SocketlessCar()
     first, line = car.commands(1, "192.168.1.8")
     receive(first, command(90, 100) * 2)
     if state != "driven":

@@ -3,14 +3,13 @@
 import pytest
 from starlette.testclient import TestClient
 
-from motorcade.boards.simulated_drive import SimulatedBoard
-from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
 from motorcade.drive.deadman import DeadmanSwitch
 from motorcade.drive.motors import Switchboard
-from motorcade.drive.session import CarControl, ControlSession
+from motorcade.drive.session import ControlSession
 from motorcade.drive.stamps import Freshness, stamp_at
 from motorcade.drive.wire import OUTCOMES
+from motorcade.engine.simulated_drive import SimulatedBoard
 from motorcade.errors import MotorcadeError
 from motorcade.server.fleet import SingleCar
 from motorcade.server.remote import make_remote
@@ -18,6 +17,7 @@ from motorcade.server.request_filter import ServerSettings
 from motorcade.words.field import WordError
 from motorcade.words.formats import DRIVE, LIGHTS, fingerprint, switch_words, switched_by
 from support.loop_car import loop_car
+from support.mock_board import MockCar, MockDriveBoard
 from support.mock_clock import mock_clock, pass_time
 from support.remote_page import RemotePage
 from support.waiting import until
@@ -29,13 +29,11 @@ MOVE = DRIVE.encode(angle=90, direction=1, speed=100)
 BOTH, LIGHT, HORN, NEITHER = (LIGHTS.encode(head_light=bits >> 1, horn=bits & 1) for bits in (3, 2, 1, 0))
 
 
-class Car:
+class SwitchedCar(MockCar):
     """A simulated car, which has all switches, and its driver."""
 
     def __init__(self, board=None):
-        self.board = board or SimulatedBoard(has_program=True)
-        self.now_ms = 0
-        self.control = CarControl(self.board, lambda: self.now_ms, PROFILE)
+        super().__init__(board=board or SimulatedBoard(has_program=True))
         self.driver = ControlSession(self.control, "ada")
         self.driver.command(STILL)
 
@@ -49,7 +47,7 @@ class Car:
 
 @pytest.fixture
 def car():
-    return Car()
+    return SwitchedCar()
 
 
 def test_the_bits_and_their_fingerprint():
@@ -127,14 +125,7 @@ def test_while_a_stop_holds_or_the_program_drives_nothing_is_switched(car, befor
 
 
 def test_a_board_without_them_does_nothing_and_counts_it():
-    class Bare(DriveBoard):
-        def apply(self, angle_deg, direction, speed):
-            pass
-
-        def neutral(self):
-            pass
-
-    car = Car(Bare())
+    car = SwitchedCar(MockDriveBoard(switches=()))
     assert car.take(car.driver, BOTH) == "no-hardware"
     assert car.control.telemetry().switches == {}
 
@@ -203,7 +194,7 @@ async def test_a_client_honks_while_it_commands_that_and_keeps_the_light():
 
 
 def test_a_page_s_message_switches_the_car():
-    car = Car()
+    car = SwitchedCar()
     app = make_remote(ServerSettings(), SingleCar(car.control))
     with (
         TestClient(app, base_url="http://127.0.0.1:7700") as http,

@@ -6,17 +6,17 @@ from typing import Any
 
 import pytest
 
-from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.car.arbiter import APPLIED, NEEDS_NEUTRAL, UNPOWERED
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.drive_limits import READINGS
 from motorcade.config.profile import Profile
 from motorcade.drive.session import CarControl, ControlSession
 from motorcade.drive.wire import SessionError
+from motorcade.engine.simulated_drive import DrivenCars
 from motorcade.engine.world import World
 from motorcade.mats import playground
 from motorcade.words.formats import DRIVE
-from support.driven_car import CLASSROOM, NEUTRAL, NotedBoard
+from support.mock_board import CLASSROOM, NEUTRAL, MockCar
 
 AHEAD = DRIVE.encode(angle=90, direction=1, speed=255)
 BACK = DRIVE.encode(angle=90, direction=0, speed=255)
@@ -28,32 +28,12 @@ def limited(**keys: Any) -> Profile:
     return replace(CLASSROOM, drive=replace(CLASSROOM.drive, **keys))
 
 
-class Bench(NotedBoard):
-    """Hardware with an ultrasonic sensor and a battery that the test sets."""
-
-    has_program = True
-    ahead_mm: int | None = NOTHING_IN_SIGHT_MM
-    voltage_mv: int | None = 7400
-    programs = 0
-
-    def obstacle_mm(self) -> int | None:
-        if self.ahead_mm is not None and self.ahead_mm < 0:
-            raise OSError("the sensor is broken")
-        return self.ahead_mm
-
-    def battery_mv(self) -> int | None:
-        return self.voltage_mv
-
-    def begin_program(self) -> None:
-        self.programs += 1
-
-
-class Car:
+class LimitedCar(MockCar):
     """A car with limits, and its driver."""
 
     def __init__(self, **keys: Any) -> None:
-        self.board, self.now_ms = Bench(), 0
-        self.control = CarControl(self.board, lambda: self.now_ms, limited(**keys))
+        super().__init__(limited(**keys))
+        self.board.voltage_mv = 7400
         self.session = ControlSession(self.control, "ada")
 
     def drive(self, word: int, for_ms: int, session: ControlSession | None = None) -> list[int]:
@@ -80,7 +60,7 @@ class Car:
 
 
 def test_a_car_speeds_up_no_faster_than_its_profile_says_and_stops_at_once() -> None:
-    car = Car(acceleration_max_mm_per_s2=300)
+    car = LimitedCar(acceleration_max_mm_per_s2=300)
     speeds = car.drive(AHEAD, 1200)
     # 300 mm/s is full speed, so that takes a second; the limit acts every 20 ms.
     assert speeds == sorted(speeds)
@@ -95,7 +75,7 @@ def test_a_car_speeds_up_no_faster_than_its_profile_says_and_stops_at_once() -> 
 
 
 def test_the_failsafe_waits_for_no_limit_and_telemetry_has_the_speed_that_is_applied() -> None:
-    car = Car(acceleration_max_mm_per_s2=300)
+    car = LimitedCar(acceleration_max_mm_per_s2=300)
     car.drive(AHEAD, 500)
     assert car.shown[1] == car.board.setpoint[2] < 150
     car.now_ms += 301
@@ -107,7 +87,7 @@ def test_the_failsafe_waits_for_no_limit_and_telemetry_has_the_speed_that_is_app
 
 
 def test_an_obstacle_stops_the_driver_until_they_drive_backward_or_it_is_gone() -> None:
-    car = Car(obstacle_stop_mm=150)
+    car = LimitedCar(obstacle_stop_mm=150)
     assert car.drive(AHEAD, 100)[-1] == 255
     car.board.ahead_mm = 140
     # The driver's command is the old one: the car looks by itself.
@@ -122,13 +102,13 @@ def test_an_obstacle_stops_the_driver_until_they_drive_backward_or_it_is_gone() 
 
 
 def test_without_a_sensor_or_without_the_key_nothing_stops_a_driver() -> None:
-    without_key, without_sensor = Car(), Car(obstacle_stop_mm=150)
+    without_key, without_sensor = LimitedCar(), LimitedCar(obstacle_stop_mm=150)
     without_key.board.ahead_mm, without_sensor.board.ahead_mm = 1, None
     assert without_key.drive(AHEAD, 100)[-1] == without_sensor.drive(AHEAD, 100)[-1] == 255
 
 
 def test_a_sensor_that_fails_stops_the_car() -> None:
-    car = Car(obstacle_stop_mm=150)
+    car = LimitedCar(obstacle_stop_mm=150)
     car.drive(AHEAD, 100)
     car.board.ahead_mm = -1
     car.control.beat()
@@ -163,7 +143,7 @@ def test_a_simulated_car_stops_before_the_wall_that_its_driver_heads_for() -> No
 
 
 def test_a_low_battery_ends_in_a_gentle_stop_and_commands_count_again_once_it_is_charged() -> None:
-    car = Car(battery_low_mv=6400, battery_charged_mv=7000, acceleration_max_mm_per_s2=600)
+    car = LimitedCar(battery_low_mv=6400, battery_charged_mv=7000, acceleration_max_mm_per_s2=600)
     car.drive(AHEAD, 2 * SECOND_MS)
     car.board.voltage_mv = 6000
     speeds = car.drive(AHEAD, (READINGS + 1) * SECOND_MS)
@@ -187,7 +167,7 @@ def test_a_low_battery_ends_in_a_gentle_stop_and_commands_count_again_once_it_is
 
 
 def test_an_emergency_stop_ends_a_gentle_stop_and_outlasts_the_battery() -> None:
-    car = Car(battery_low_mv=6400, battery_charged_mv=7000)
+    car = LimitedCar(battery_low_mv=6400, battery_charged_mv=7000)
     car.drive(AHEAD, SECOND_MS)
     car.board.voltage_mv = 6000
     while car.board.setpoint[2] == 255:
@@ -199,17 +179,17 @@ def test_an_emergency_stop_ends_a_gentle_stop_and_outlasts_the_battery() -> None
 
 
 def test_a_low_battery_stops_the_program_too() -> None:
-    car = Car(battery_low_mv=6400, battery_charged_mv=7000)
+    car = LimitedCar(battery_low_mv=6400, battery_charged_mv=7000)
     car.session.resume_program()
     car.board.voltage_mv = 6000
     for _ in range(READINGS + 1):
         car.now_ms += SECOND_MS
         car.control.beat()
-    assert (car.shown[0], car.board.setpoint, car.board.programs) == ("discharged", NEUTRAL, 1)
+    assert (car.shown[0], car.board.setpoint, car.board.calls.count(("begin",))) == ("discharged", NEUTRAL, 1)
 
 
 def test_a_battery_that_can_not_be_read_any_more_counts_as_flat() -> None:
-    car = Car(battery_low_mv=6400, battery_charged_mv=7000)
+    car = LimitedCar(battery_low_mv=6400, battery_charged_mv=7000)
     assert car.drive(AHEAD, 2 * SECOND_MS)[-1] == 255
     car.board.battery_mv = broken_sensor
     car.drive(AHEAD, (READINGS - 1) * SECOND_MS)
@@ -230,7 +210,7 @@ def broken_sensor() -> int:
 
 @pytest.mark.parametrize("voltage_mv", [None, 7399, 6400])
 def test_a_battery_that_is_not_low_or_not_measured_changes_nothing(voltage_mv: int | None) -> None:
-    car = Car(battery_low_mv=6400, battery_charged_mv=7000)
+    car = LimitedCar(battery_low_mv=6400, battery_charged_mv=7000)
     car.board.voltage_mv = voltage_mv
     assert car.drive(AHEAD, 5 * SECOND_MS)[-1] == 255
 
@@ -239,7 +219,7 @@ def test_a_battery_that_is_not_low_or_not_measured_changes_nothing(voltage_mv: i
 
 
 def test_a_car_that_asks_for_arming_refuses_the_first_move_of_each_driver() -> None:
-    car = Car(arming=True)
+    car = LimitedCar(arming=True)
     assert car.session.command(AHEAD) == NEEDS_NEUTRAL
     assert (car.shown[0], car.session.counts["needs-neutral"]) == ("disarmed", 1)
     assert car.session.command(STILL) == car.session.command(AHEAD) == APPLIED

@@ -6,12 +6,12 @@ from dataclasses import replace
 import pytest
 
 from motorcade.car.arbiter import APPLIED
-from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
-from motorcade.drive.session import CarControl, ControlSession
+from motorcade.drive.session import ControlSession
 from motorcade.drive.wire import OUTCOMES, OVER_RATE, SessionError
 from motorcade.words.field import WordError
 from motorcade.words.formats import DRIVE
+from support.mock_board import MockCar
 
 PROFILE = built_in_profile("classroom")
 NEUTRAL = ("neutral",)
@@ -19,102 +19,50 @@ MOVE = DRIVE.encode(angle=40, direction=1, speed=150)
 STILL = DRIVE.encode(angle=40, direction=1, speed=0)
 
 
-class Bench(DriveBoard):
-    """Hardware that notes what it is told, and breaks when the test wants it to."""
-
-    has_program = True
-
-    def __init__(self) -> None:
-        self.told: list[tuple[str | int, ...]] = []
-        self.broken = False
-        self.volts_mv: int | None = None
-        self.fed = 0
-
-    def apply(self, angle_deg: int, direction: int, speed: int) -> None:
-        self._take(("apply", angle_deg, direction, speed))
-
-    def neutral(self) -> None:
-        self._take(NEUTRAL)
-
-    def battery_mv(self) -> int | None:
-        return self.volts_mv
-
-    def begin_program(self) -> None:
-        self._take(("begin",))
-
-    def end_program(self) -> None:
-        self._take(("end",))
-
-    def keep_alive(self) -> None:
-        self.fed += 1
-
-    def _take(self, told: tuple[str | int, ...]) -> None:
-        if self.broken:
-            raise OSError("the cable is out")
-        self.told.append(told)
-
-
-class Car:
-    """A drive on a bench."""
-
-    def __init__(self, profile=PROFILE) -> None:
-        self.board = Bench()
-        self.now_ms = 0
-        self.control = CarControl(self.board, lambda: self.now_ms, profile)
-
-    @property
-    def last(self) -> tuple[str | int, ...]:
-        return self.board.told[-1]
-
-    @property
-    def state(self) -> str:
-        return self.control.telemetry().state
+@pytest.fixture
+def car() -> MockCar:
+    return MockCar()
 
 
 @pytest.fixture
-def car() -> Car:
-    return Car()
-
-
-@pytest.fixture
-def session(car: Car) -> ControlSession:
+def session(car: MockCar) -> ControlSession:
     return ControlSession(car.control, "ada")
 
 
-def test_silence_stops_the_wheels_once(car: Car, session: ControlSession) -> None:
+def test_silence_stops_the_wheels_once(car: MockCar, session: ControlSession) -> None:
     session.command(MOVE)
     for car.now_ms in (300, 301, 400, 500):
         car.control.beat()
-    assert car.board.told == [NEUTRAL, ("apply", 40, 1, 150), NEUTRAL]
+    assert car.board.calls == [NEUTRAL, ("apply", 40, 1, 150), NEUTRAL]
     assert (car.state, car.control.telemetry().failsafes) == ("failsafe", 1)
 
 
-def test_without_its_guard_a_car_stands_also_where_the_board_refused_to(car: Car, session: ControlSession) -> None:
+def test_without_its_guard_a_car_stands_also_where_the_board_refused_to(car: MockCar, session: ControlSession) -> None:
     def fail() -> None:
         raise OSError("the guard is gone")
 
     car.control.wheels.before_moving = fail
-    car.board.broken = True
+    car.board.is_broken = True
     session.command(STILL)
-    car.board.broken = False
+    car.board.is_broken = False
     session.command(STILL)
     session.command(MOVE)
-    assert set(car.board.told) == {NEUTRAL}
+    assert set(car.board.calls) == {NEUTRAL}
 
 
 def test_a_profile_says_how_long_a_command_counts() -> None:
-    car = Car(replace(PROFILE, drive=replace(PROFILE.drive, failsafe_ms=800)))
+    car = MockCar(replace(PROFILE, drive=replace(PROFILE.drive, failsafe_ms=800)))
     ControlSession(car.control, "ada").command(MOVE)
     car.now_ms = 800
     assert car.control.beat() == 1
     assert car.state == "moving"
 
 
-def test_a_driver_that_leaves_while_moving_leaves_a_car_that_stands(car: Car, session: ControlSession) -> None:
+def test_a_driver_that_leaves_while_moving_leaves_a_car_that_stands(car: MockCar, session: ControlSession) -> None:
     session.command(MOVE)
     session.leave()
     session.leave()
-    assert car.last == NEUTRAL
+    assert car.board.calls[-1] == NEUTRAL
     assert car.control.telemetry().failsafes == 1
     assert OUTCOMES[session.command(MOVE)] == "watching"
     assert session.request() is False
@@ -129,17 +77,17 @@ def test_a_driver_that_leaves_while_moving_leaves_a_car_that_stands(car: Car, se
     ],
 )
 def test_what_is_no_command_is_named_counted_and_not_done(
-    car: Car, session: ControlSession, word: int, said: str
+    car: MockCar, session: ControlSession, word: int, said: str
 ) -> None:
     session.command(STILL)
     with pytest.raises(WordError, match=said):
         session.command(word)
-    assert car.last == ("apply", 40, 1, 0)
+    assert car.board.calls[-1] == ("apply", 40, 1, 0)
     assert (session.counts["refused"], car.control.telemetry().refused) == (1, 1)
     assert said in session.you()["last_refusal"]
 
 
-def test_wrong_words_are_no_sign_of_life(car: Car, session: ControlSession) -> None:
+def test_wrong_words_are_no_sign_of_life(car: MockCar, session: ControlSession) -> None:
     session.command(MOVE)
     for car.now_ms in range(0, 400, 20):
         with pytest.raises(WordError):
@@ -149,7 +97,7 @@ def test_wrong_words_are_no_sign_of_life(car: Car, session: ControlSession) -> N
 
 
 def test_a_hundred_commands_a_second_are_taken_and_who_sends_more_drives_on_and_can_stop(
-    car: Car, session: ControlSession
+    car: MockCar, session: ControlSession
 ) -> None:
     for car.now_ms in range(1000):
         last = session.command(MOVE)
@@ -158,16 +106,16 @@ def test_a_hundred_commands_a_second_are_taken_and_who_sends_more_drives_on_and_
     assert (counted["applied"], counted["over-rate"], last) == (100, 900, OVER_RATE)
     assert car.control.telemetry().failsafes == 0
     assert session.command(STILL) == APPLIED
-    assert car.last == ("apply", 40, 1, 0)
+    assert car.board.calls[-1] == ("apply", 40, 1, 0)
 
 
 @pytest.mark.parametrize("period_ms", [10, 20, 50])
-def test_a_driver_that_sends_in_time_is_never_refused(car: Car, session: ControlSession, period_ms: int) -> None:
+def test_a_driver_that_sends_in_time_is_never_refused(car: MockCar, session: ControlSession, period_ms: int) -> None:
     for car.now_ms in range(0, 5000, period_ms):
         assert session.command(MOVE) == APPLIED
 
 
-def test_one_drives_and_eight_watch_who_leave_a_place_for_the_driver(car: Car, session: ControlSession) -> None:
+def test_one_drives_and_eight_watch_who_leave_a_place_for_the_driver(car: MockCar, session: ControlSession) -> None:
     watchers = [ControlSession(car.control, f"watcher {number}", watches=True) for number in range(9)]
     for watcher in watchers[:8]:
         watcher.take_place()
@@ -181,7 +129,7 @@ def test_one_drives_and_eight_watch_who_leave_a_place_for_the_driver(car: Car, s
     ControlSession(car.control, "next").take_place()
 
 
-def test_telemetry_has_driver_and_setpoint(car: Car, session: ControlSession) -> None:
+def test_telemetry_has_driver_and_setpoint(car: MockCar, session: ControlSession) -> None:
     other = ControlSession(car.control, "grace")
     session.command(MOVE)
     other.request()
@@ -195,49 +143,49 @@ def test_telemetry_has_driver_and_setpoint(car: Car, session: ControlSession) ->
     assert (told.angle_deg, told.direction, told.speed, told.driver) == (90, 1, 0, "grace")
 
 
-def test_telemetry_has_the_battery_which_is_read_once_a_second(car: Car) -> None:
+def test_telemetry_has_the_battery_which_is_read_once_a_second(car: MockCar) -> None:
     assert car.control.telemetry().battery_mv is None
-    car.board.volts_mv = 7400
+    car.board.voltage_mv = 7400
     car.now_ms = 999
     assert car.control.telemetry().battery_mv is None
     car.now_ms = 1000
     assert car.control.telemetry().battery_mv == 7400
 
 
-def test_a_driver_takes_the_wheels_from_the_program_before_the_command(car: Car, session: ControlSession) -> None:
+def test_a_driver_takes_the_wheels_from_the_program_before_the_command(car: MockCar, session: ControlSession) -> None:
     session.resume_program()
-    assert (car.state, car.last) == ("program", ("begin",))
+    assert (car.state, car.board.calls[-1]) == ("program", ("begin",))
     session.command(MOVE)
-    assert car.board.told[-2:] == [("end",), ("apply", 40, 1, 150)]
+    assert car.board.calls[-2:] == [("end",), ("apply", 40, 1, 150)]
     session.resume_program()
-    assert car.board.told[-2:] == [NEUTRAL, ("begin",)]
+    assert car.board.calls[-2:] == [NEUTRAL, ("begin",)]
     session.stop()
-    assert car.board.told[-2:] == [("end",), NEUTRAL]
+    assert car.board.calls[-2:] == [("end",), NEUTRAL]
 
 
-def test_a_program_does_not_push_a_driver_aside(car: Car, session: ControlSession) -> None:
+def test_a_program_does_not_push_a_driver_aside(car: MockCar, session: ControlSession) -> None:
     session.command(MOVE)
     with pytest.raises(SessionError, match="somebody else drives"):
         ControlSession(car.control, "grace").resume_program()
     assert car.state == "moving"
 
 
-def test_hardware_that_fails_is_a_car_that_stands_and_needs_arming(car: Car, session: ControlSession) -> None:
+def test_hardware_that_fails_is_a_car_that_stands_and_needs_arming(car: MockCar, session: ControlSession) -> None:
     session.command(MOVE)
-    car.board.broken = True
+    car.board.is_broken = True
     session.command(MOVE)
     told = car.control.telemetry()
     assert (told.state, told.last_fault) == ("failsafe", "the cable is out")
     assert told.faults == 2
-    assert car.last == ("apply", 40, 1, 150)
-    car.board.broken = False
+    assert car.board.calls[-1] == ("apply", 40, 1, 150)
+    car.board.is_broken = False
     car.control.beat()
-    assert car.last == NEUTRAL
+    assert car.board.calls[-1] == NEUTRAL
     session.command(MOVE)
-    assert car.last == NEUTRAL
+    assert car.board.calls[-1] == NEUTRAL
 
 
-def test_a_program_that_cannot_be_ended_does_not_keep_the_wheels_turning(car: Car, session: ControlSession) -> None:
+def test_a_program_that_cannot_be_ended_does_not_keep_the_wheels_turning(car: MockCar, session: ControlSession) -> None:
     session.resume_program()
 
     def fail() -> None:
@@ -245,13 +193,13 @@ def test_a_program_that_cannot_be_ended_does_not_keep_the_wheels_turning(car: Ca
 
     end, car.board.end_program = car.board.end_program, fail
     session.stop()
-    assert car.last == NEUTRAL
+    assert car.board.calls[-1] == NEUTRAL
     car.board.end_program = end
     car.control.beat()
-    assert car.board.told[-2:] == [("end",), NEUTRAL]
+    assert car.board.calls[-2:] == [("end",), NEUTRAL]
 
 
-def test_a_loop_that_gives_no_sign_of_life_for_200_ms_stops_the_wheels(car: Car, session: ControlSession) -> None:
+def test_a_loop_that_gives_no_sign_of_life_for_200_ms_stops_the_wheels(car: MockCar, session: ControlSession) -> None:
     car.control.beat()
     session.command(MOVE)
     car.now_ms = 199
@@ -259,7 +207,7 @@ def test_a_loop_that_gives_no_sign_of_life_for_200_ms_stops_the_wheels(car: Car,
     assert car.state == "moving"
     car.now_ms = 200
     car.control.watch()
-    assert car.last == NEUTRAL
+    assert car.board.calls[-1] == NEUTRAL
     for car.now_ms in (250, 300):
         car.control.watch()
     told = car.control.telemetry()
@@ -271,7 +219,9 @@ def test_a_loop_that_gives_no_sign_of_life_for_200_ms_stops_the_wheels(car: Car,
     assert car.control.telemetry().stalls == 2
 
 
-def test_a_hold_up_of_a_car_that_stands_and_nobody_drives_needs_no_arming(car: Car, session: ControlSession) -> None:
+def test_a_hold_up_of_a_car_that_stands_and_nobody_drives_needs_no_arming(
+    car: MockCar, session: ControlSession
+) -> None:
     car.control.beat()
     car.now_ms = 300
     car.control.watch()
@@ -280,7 +230,7 @@ def test_a_hold_up_of_a_car_that_stands_and_nobody_drives_needs_no_arming(car: C
     assert OUTCOMES[session.command(MOVE)] == "applied"
 
 
-def test_a_call_that_hangs_in_the_hardware_does_not_hold_up_the_watchdog(car: Car, session: ControlSession) -> None:
+def test_a_call_that_hangs_in_the_hardware_does_not_hold_up_the_watchdog(car: MockCar, session: ControlSession) -> None:
     hangs, goes_on = threading.Event(), threading.Event()
 
     def hang(angle_deg: int, direction: int, speed: int) -> None:
@@ -291,27 +241,27 @@ def test_a_call_that_hangs_in_the_hardware_does_not_hold_up_the_watchdog(car: Ca
     driver = threading.Thread(target=session.command, args=[MOVE])
     driver.start()
     assert hangs.wait(20)
-    car.board.told.clear()
+    car.board.calls.clear()
     car.control.watch()
-    assert car.board.told == [NEUTRAL]
+    assert car.board.calls == [NEUTRAL]
     goes_on.set()
     driver.join()
 
 
-def test_a_hardware_watchdog_is_fed_by_the_loop_alone(car: Car) -> None:
+def test_a_hardware_watchdog_is_fed_by_the_loop_alone(car: MockCar) -> None:
     car.control.watch()
     assert car.board.fed == 0
     car.control.beat()
     assert car.board.fed == 1
 
 
-def test_a_closed_car_ends_its_program_and_does_nothing_more(car: Car, session: ControlSession) -> None:
+def test_a_closed_car_ends_its_program_and_does_nothing_more(car: MockCar, session: ControlSession) -> None:
     session.resume_program()
     car.control.close()
-    assert ("end",) in car.board.told
-    assert car.last == NEUTRAL
+    assert ("end",) in car.board.calls
+    assert car.board.calls[-1] == NEUTRAL
     session.clear()
     for word in (STILL, MOVE):
         session.command(word)
     car.control.watch()
-    assert car.last == NEUTRAL
+    assert car.board.calls[-1] == NEUTRAL

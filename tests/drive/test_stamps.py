@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from motorcade.drive.stamps import STAMP_MASK, Freshness, stamp_at
 from motorcade.words.ticks import TICKS_MASK
-from support.socketless_car import Car, ask, command, receive
+from support.socketless_car import SocketlessCar, ask, command, receive
 
 PERIOD_MS = 50
 STALE_MS = 150
@@ -209,7 +209,7 @@ def test_a_stamp_fits_the_reserved_bits_and_is_never_0(now_ms):
 
 
 def test_a_driver_who_rests_for_long_drives_on_after_an_answer_by_the_telemetry_channel():
-    car = Car()
+    car = SocketlessCar()
     channel, _ = car.commands(port=1000)
     telemetry, line = car.telemetry()
     ask(telemetry, line, do="join", port=1000)

@@ -7,11 +7,11 @@ import pytest
 
 from motorcade.drive.motors import NEUTRAL_SETPOINT
 from motorcade.drive.wire import MOST_REQUEST_BYTES, DriveRequest
-from support.socketless_car import Car, ask, command, receive
+from support.socketless_car import SocketlessCar, ask, command, receive
 
 
 def test_a_channel_finds_the_connection_whose_port_it_names() -> None:
-    car = Car()
+    car = SocketlessCar()
     for port in (1, 2):
         receive(car.commands(port)[0], command(90) * 2)
     channel, line = car.telemetry()
@@ -23,7 +23,7 @@ def test_a_channel_finds_the_connection_whose_port_it_names() -> None:
 
 
 def test_a_channel_does_not_find_a_connection_that_is_gone() -> None:
-    car = Car()
+    car = SocketlessCar()
     _, gone = car.commands(5)
     gone.abort()
     channel, line = car.telemetry()
@@ -33,7 +33,7 @@ def test_a_channel_does_not_find_a_connection_that_is_gone() -> None:
 
 
 def test_a_channel_may_come_before_the_connection_that_it_names() -> None:
-    car = Car()
+    car = SocketlessCar()
     channel, line = car.telemetry()
     channel.data_received(struct.pack(">I", 26) + b'{"do": "join", "port": 77}')
     car.tell()
@@ -44,7 +44,7 @@ def test_a_channel_may_come_before_the_connection_that_it_names() -> None:
 
 
 def test_a_full_car_is_stopped_by_a_newcomer() -> None:
-    car = Car()
+    car = SocketlessCar()
     for port in range(9):
         receive(car.commands(port)[0], command(90, 100) * 2)
     channel, line = car.telemetry(address="192.168.1.8")
@@ -55,7 +55,7 @@ def test_a_full_car_is_stopped_by_a_newcomer() -> None:
 
 
 def test_a_channel_behind_a_proxy_finds_the_only_connection_there_is() -> None:
-    car = Car()
+    car = SocketlessCar()
     car.commands(5)
     channel, line = car.telemetry()
     channel.data_received(struct.pack(">I", 26) + b'{"do": "join", "port": 77}')
@@ -65,7 +65,7 @@ def test_a_channel_behind_a_proxy_finds_the_only_connection_there_is() -> None:
 
 
 def test_a_channel_that_finds_no_connection_gets_an_answer_and_watches() -> None:
-    car = Car()
+    car = SocketlessCar()
     channel, line = car.telemetry()
     channel.data_received(struct.pack(">I", 26) + b'{"do": "join", "port": 77}')
     car.tell(11)
@@ -77,7 +77,7 @@ def test_a_channel_that_finds_no_connection_gets_an_answer_and_watches() -> None
 
 
 def test_a_channel_that_watched_ends_its_own_session_when_its_connection_comes() -> None:
-    car = Car()
+    car = SocketlessCar()
     channel, line = car.telemetry()
     assert ask(channel, line, do="release")["ok"]
     assert car.control.telemetry().watchers == 1
@@ -87,7 +87,7 @@ def test_a_channel_that_watched_ends_its_own_session_when_its_connection_comes()
 
 
 def test_a_channel_whose_connection_is_gone_finds_the_next_one() -> None:
-    car = Car()
+    car = SocketlessCar()
     _, first = car.commands(7)
     channel, line = car.telemetry()
     ask(channel, line, do="join", port=7)
@@ -98,7 +98,7 @@ def test_a_channel_whose_connection_is_gone_finds_the_next_one() -> None:
 
 
 def test_a_named_connection_belongs_to_the_channel_that_names_it() -> None:
-    car = Car()
+    car = SocketlessCar()
     receive(car.commands(7)[0], command(90, 100) * 2)
     (finder, finds), (owner, owns) = car.telemetry(1), car.telemetry(2)
     assert ask(finder, finds, do="request")["has_wheel"]
@@ -108,7 +108,7 @@ def test_a_named_connection_belongs_to_the_channel_that_names_it() -> None:
 
 
 def test_a_channel_that_names_nobody_belongs_to_nobody_where_two_could_be_meant() -> None:
-    car = Car()
+    car = SocketlessCar()
     for port in (7, 8):
         receive(car.commands(port)[0], command(90, 100) * 2)
     channel, line = car.telemetry()
@@ -117,7 +117,7 @@ def test_a_channel_that_names_nobody_belongs_to_nobody_where_two_could_be_meant(
 
 
 def test_one_client_has_four_watchers_at_most() -> None:
-    car = Car()
+    car = SocketlessCar()
     lines = [car.telemetry(port)[1] for port in range(6)]
     car.tell(10)
     assert [line.is_open for line in lines] == [True] * 4 + [False] * 2
@@ -125,7 +125,7 @@ def test_one_client_has_four_watchers_at_most() -> None:
 
 
 def test_an_emergency_stop_from_a_watcher_latches() -> None:
-    car = Car()
+    car = SocketlessCar()
     driver, _ = car.commands(1)
     car.commands(2)
     receive(driver, command(90, 100) * 2)
@@ -149,7 +149,7 @@ def test_an_emergency_stop_from_a_watcher_latches() -> None:
     ],
 )
 def test_a_frame_that_is_no_request_is_answered(text: bytes) -> None:
-    car = Car()
+    car = SocketlessCar()
     channel, line = car.telemetry()
     channel.data_received(struct.pack(">I", len(text)) + text)
     (answer,) = line.frames()
@@ -157,7 +157,7 @@ def test_a_frame_that_is_no_request_is_answered(text: bytes) -> None:
 
 
 def test_a_frame_that_is_too_long_is_answered_and_ends_the_connection() -> None:
-    car = Car()
+    car = SocketlessCar()
     channel, line = car.telemetry()
     channel.data_received(struct.pack(">I", MOST_REQUEST_BYTES + 1))
     assert line.frames()[0]["code"] == "too-long"
@@ -166,7 +166,7 @@ def test_a_frame_that_is_too_long_is_answered_and_ends_the_connection() -> None:
 
 @pytest.mark.parametrize("size", [1, 30, 1000])
 def test_requests_are_cut_and_joined_in_any_way(size: int) -> None:
-    car = Car()
+    car = SocketlessCar()
     channel, line = car.telemetry()
     data = b"".join(struct.pack(">I", len(text)) + text for text in (b'{"do": "stop"}', b'{"do": "clear"}'))
     for at in range(0, len(data), size):
@@ -175,7 +175,7 @@ def test_requests_are_cut_and_joined_in_any_way(size: int) -> None:
 
 
 def test_more_than_twenty_requests_a_second_are_refused_but_a_stop() -> None:
-    car = Car()
+    car = SocketlessCar()
     channel, line = car.telemetry()
     answers = [ask(channel, line, do="release") for _ in range(30)]
     assert [answer["ok"] for answer in answers] == [True] * 20 + [False] * 10
@@ -186,7 +186,7 @@ def test_more_than_twenty_requests_a_second_are_refused_but_a_stop() -> None:
 
 
 def test_a_client_that_does_not_read_gets_one_frame_and_later_the_newest() -> None:
-    car = Car()
+    car = SocketlessCar()
     channel, line = car.telemetry()
     car.tell()
     line.reads = False
@@ -201,7 +201,7 @@ def test_a_client_that_does_not_read_gets_one_frame_and_later_the_newest() -> No
 
 
 def test_a_client_that_asks_and_does_not_read_is_hung_up_on() -> None:
-    car = Car()
+    car = SocketlessCar()
     channel, line = car.telemetry()
     line.reads = False
     text = b'{"do": "stop"}'
@@ -214,7 +214,7 @@ def test_a_client_that_asks_and_does_not_read_is_hung_up_on() -> None:
 
 def test_every_request_there_is_has_an_answer() -> None:
     for what in get_args(get_type_hints(DriveRequest)["do"]):
-        car = Car()
+        car = SocketlessCar()
         car.commands(5)
         channel, line = car.telemetry()
         assert ask(channel, line, do=what, port=5)["do"] == what

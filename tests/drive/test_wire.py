@@ -15,7 +15,7 @@ from motorcade.drive.wire import (
     unpack_frame,
 )
 from motorcade.words.formats import LIGHTS
-from support.socketless_car import Car, begin, command, receive
+from support.socketless_car import SocketlessCar, begin, command, receive
 
 words = st.lists(st.integers(0, (1 << 32) - 1), max_size=50)
 
@@ -30,7 +30,7 @@ def test_of_words_that_arrive_together_the_newest_of_each_code_counts(sent: list
 
 
 def test_a_command_counts_though_a_word_of_another_code_came_behind_it() -> None:
-    car = Car()
+    car = SocketlessCar()
     channel, _ = car.commands()
     begin(car, channel, command(90))
     receive(channel, command(10) + command(20) + pack_word(LIGHTS.encode(horn=1)))

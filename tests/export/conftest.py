@@ -8,8 +8,9 @@ from filelock import FileLock
 from scripts import debian
 
 
-def _program(command: str, *packages: str) -> Callable[..., Path]:
+def _program(command: str) -> Callable[..., Path]:
     """A fixture that is the path of a program of Debian's packages; it skips with what is to be done."""
+    packages = debian.FOR_TESTS[command]
 
     @pytest.fixture(scope="session")
     def found(install_lock: FileLock) -> Path:
@@ -22,8 +23,8 @@ def _program(command: str, *packages: str) -> Callable[..., Path]:
     return found
 
 
-gcc = _program("gcc", "gcc", "libc6-dev")
-gxx = _program("g++", "g++")
-avr_gcc = _program("avr-gcc", "gcc-avr", "avr-libc")
-simavr = _program("simavr", "simavr")
-tshark = _program("tshark", "tshark")
+gcc = _program("gcc")
+gxx = _program("g++")
+avr_gcc = _program("avr-gcc")
+simavr = _program("simavr")
+tshark = _program("tshark")

@@ -34,12 +34,12 @@ from motorcade.drive.keys import RevokedKeys, read_revoked
 from motorcade.engine.saving import MAGIC
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
-from motorcade.experiments.plan import Plan
-from motorcade.experiments.run import no_bar, run_sweep
-from motorcade.experiments.spec import parse_sweep
-from motorcade.experiments.task import run_task
 from motorcade.fleet.places import read_list, safe_name
 from motorcade.lab.capsule import verify, write_capsule
+from motorcade.lab.plan import Plan
+from motorcade.lab.run import no_bar, run_sweep
+from motorcade.lab.spec import parse_sweep
+from motorcade.lab.task import run_task
 from motorcade.mats.document import check_mat, document_of, mat_of, parse_mat
 from motorcade.missions.document import OWN, parse_mission
 from motorcade.program.decompiler import decompile
@@ -58,15 +58,16 @@ from motorcade.service.world_messages import WorldMessage
 from motorcade.service.world_session import WorldSession
 from motorcade.upload.serial_port import port_name
 from motorcade.words import upload
-from motorcade.words.image import bytes_to_words, image_words, parse_image_bytes, words_to_bytes
+from motorcade.words.image import image_words, parse_image_bytes
 from motorcade.words.infrared import FrameReceiver, check_is_good, frame_durations_us, parity_is_even, tag_of
+from motorcade.words.packing import bytes_to_words, words_to_bytes
 from motorcade.words.request import REQUEST_BEGINS, answer_line, car_request, check_request, read_request
 from motorcade.words.ticks import later_ms
 from support.classrooms import MAT as NO_MAT
 from support.classrooms import with_pupils
 from support.recorded_run import record, world
 from support.soak import SOAK
-from support.socketless_car import Car, ask, command, receive
+from support.socketless_car import SocketlessCar, ask, command, receive
 from support.strategies import tagged_frames
 from support.upload_ends import NO_PROGRAM, events_of, images
 from support.upload_ends import Car as ReceivingCar
@@ -191,7 +192,7 @@ def upload_receiver(sent, most_words, work_words):
     )
 )
 def drive_wire(sent):
-    car = Car()
+    car = SocketlessCar()
     drivers = [car.commands(port)[0] for port in range(3)]
     channels = [car.telemetry(2000 + port)[0] for port in range(3)]
     for number, data, text, wait_ms in sent:
@@ -275,7 +276,7 @@ class _Page:
 
 @harness(st.lists(damaged(documents.REMOTE_MESSAGES), max_size=12))
 def remote_messages(texts):
-    car, sent = Car(), []
+    car, sent = SocketlessCar(), []
     page = _Page([documents.REMOTE_MESSAGES[0], *(text.encode(errors="replace").decode() for text in texts)], sent)
     clock = ServerSettings(clock=lambda: car.now_ms / 1000)
     asyncio.run(PageSession(page, PageSocket(page, clock, NEWEST), SingleCar(car.control), clock).serve())

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
+from motorcade.lab.grading import grade_runs
 from motorcade.missions.check import check_program
 from motorcade.missions.document import built_in_mission
-from motorcade.missions.grading import grade_runs
 from motorcade.missions.watch import MissionWatch
 from motorcade.program.compiler import compile_program
 from support.made_up_runs import BARE, mission, moment

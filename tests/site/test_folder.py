@@ -22,8 +22,8 @@ MOST_BYTES = 12_000_000
 
 
 @pytest.fixture(scope="module")
-def files(install_lock: FileLock) -> dict[str, bytes]:
-    with install_lock:
+def files(page_lock: FileLock) -> dict[str, bytes]:
+    with page_lock:
         build_page()
     return site_files()
 

@@ -3,64 +3,23 @@
 import asyncio
 import socket
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from typing import Any
 
-from motorcade.car.drive_board import DriveBoard
-from motorcade.config.profile import Profile, built_in_profile
+from motorcade.config.profile import Profile
 from motorcade.drive.channels import Clients
 from motorcade.drive.listener import bind
 from motorcade.drive.server import serving, watched
 from motorcade.drive.session import CarControl
 from motorcade.timing import monotonic_ms
-from motorcade.words.formats import SWITCHES
+from support.mock_board import CLASSROOM, MockDriveBoard
 from support.waiting import DEADLINE_S
 
-NEUTRAL = (90, 1, 0)
-CLASSROOM = built_in_profile("classroom")
 # Cars with long time limits for a busy machine: STEADY for a late loop of the car, PATIENT for late drivers too.
 STEADY = replace(CLASSROOM, drive=replace(CLASSROOM.drive, watchdog_ms=8000))
 PATIENT = replace(CLASSROOM, drive=replace(STEADY.drive, failsafe_ms=9000, hand_over_ms=60_000))
-
-
-class NotedBoard(DriveBoard):
-    """Record each setpoint with its time, ``(seconds of the clock, (angle, direction, speed))``, and the switches."""
-
-    switches = tuple(each.name for each in SWITCHES)
-
-    def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
-        self._clock = clock
-        self.notes: list[tuple[float, tuple[int, int, int]]] = []
-        self.switched: list[tuple[str, bool]] = []
-
-    def apply(self, angle_deg: int, direction: int, speed: int) -> None:
-        self.notes.append((self._clock(), (angle_deg, direction, speed)))
-
-    def neutral(self) -> None:
-        self.notes.append((self._clock(), NEUTRAL))
-
-    def set_switch(self, name: str, is_on: bool) -> None:
-        self.switched.append((name, is_on))
-
-    @property
-    def setpoint(self) -> tuple[int, int, int]:
-        """The last setpoint."""
-        return self.notes[-1][1]
-
-    @property
-    def moves(self) -> bool:
-        return self.setpoint[2] > 0
-
-    def was_told(self, setpoint: tuple[int, int, int], since: int = 0) -> bool:
-        """Whether this setpoint came, after the first ``since`` records."""
-        return any(each == setpoint for _, each in self.notes[since:])
-
-    def has_moved(self, since: int = 0) -> bool:
-        """Whether the wheels have turned, after the first ``since`` records."""
-        return any(setpoint[2] for _, setpoint in self.notes[since:])
 
 
 class DrivenCar:
@@ -73,7 +32,7 @@ class DrivenCar:
         self, tls: Any = None, byte_order: str = "big", profile: Profile | None = None, revoked: Any = None
     ) -> None:
         self.profile = profile or CLASSROOM
-        self.board = NotedBoard()
+        self.board = MockDriveBoard()
         self.control = CarControl(self.board, monotonic_ms, self.profile)
         self.server = Clients(self.control, byte_order, revoked)
         self.port = self.telemetry_port = 0

@@ -16,6 +16,7 @@ from typing import Any
 
 import httpx2
 import psutil
+from scripts import debian
 from websockets.sync.client import ClientConnection, connect
 
 from support.waiting import DEADLINE_S, wait_until
@@ -283,6 +284,6 @@ def webkit(folder: Path) -> Iterator[WebKit]:
 
 # By the engine's name: its command, Debian's packages, and what starts it.
 ENGINES: dict[str, tuple[str, tuple[str, ...], Callable[[Path], AbstractContextManager[EnginePage]]]] = {
-    "firefox": ("firefox-esr", ("firefox-esr", "fonts-noto-cjk"), firefox),
-    "webkit": ("WebKitWebDriver", ("webkit2gtk-driver", "xvfb", "fonts-noto-cjk"), webkit),
+    "firefox": ("firefox-esr", ("firefox-esr", debian.CHINESE), firefox),
+    "webkit": ("WebKitWebDriver", debian.FOR_TESTS["WebKitWebDriver"], webkit),
 }

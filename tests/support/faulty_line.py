@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from motorcade.car.board import Board
 from motorcade.car.loop import Car
 from motorcade.config.profile import levels_of
-from motorcade.words.image import WORD_BYTES, announced_words, unpack
+from motorcade.words.image import announced_words
+from motorcade.words.packing import WORD_BYTES, unpack
 from motorcade.words.ticks import TICKS_MASK
 from motorcade.words.upload import SILENCE_MS, error_line, ok_line
 from support.strategies import CLASSROOM

@@ -11,7 +11,7 @@ from motorcade.drive.listener import bind
 from motorcade.drive.server import serving
 from motorcade.drive.session import CarControl
 from motorcade.timing import to_ticks
-from support.driven_car import CLASSROOM, NotedBoard
+from support.mock_board import CLASSROOM, MockDriveBoard
 from support.mock_clock import pass_time
 
 _BEAT_S = 0.01
@@ -22,7 +22,7 @@ class LoopCar:
 
     def __init__(self, tls: Any, profile: Profile) -> None:
         loop = asyncio.get_running_loop()
-        self.board = NotedBoard(loop.time)
+        self.board = MockDriveBoard(loop.time)
         self.control = CarControl(self.board, lambda: to_ticks(loop.time()), profile)
         self.server = Clients(self.control)
         self.sockets = [bind("127.0.0.1", 0) for _ in range(2)]

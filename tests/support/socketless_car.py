@@ -3,32 +3,15 @@
 import asyncio
 import json
 import struct
-from typing import Any
 
-from motorcade.car.drive_board import DriveBoard
-from motorcade.config.profile import built_in_profile
 from motorcade.drive.channels import Clients, CommandChannel, TelemetryChannel
-from motorcade.drive.session import CarControl
 from motorcade.words.formats import DRIVE
+from support.mock_board import MockCar, MockDriveBoard
 
-PROFILE = built_in_profile("classroom")
 ADDRESS = "192.168.1.7"
 
 
-class Applied(DriveBoard):
-    """Notes the angles of commands that are executed."""
-
-    def __init__(self) -> None:
-        self.angles: list[int] = []
-
-    def apply(self, angle_deg: int, direction: int, speed: int) -> None:
-        self.angles.append(angle_deg)
-
-    def neutral(self) -> None:
-        pass
-
-
-class Line(asyncio.Transport):
+class SocketlessLine(asyncio.Transport):
     """A connection whose client reads when the test says so."""
 
     channel: CommandChannel | TelemetryChannel
@@ -87,30 +70,30 @@ class Timer:
         self.due_ms = float("inf")
 
 
-class Car:
+class SocketlessCar(MockCar):
     """A server without sockets. ``said`` is what its console shows."""
 
-    def __init__(self, byte_order: str = "big", board: Any = None) -> None:
-        self.board = board or Applied()
-        self.now_ms = 0
-        self.control = CarControl(self.board, lambda: self.now_ms, PROFILE)
+    board: MockDriveBoard
+
+    def __init__(self, byte_order: str = "big") -> None:
+        super().__init__(board=MockDriveBoard(switches=()))
         self.server = Clients(self.control, byte_order)
         self.server.later = self._later  # type: ignore[assignment]
         self.said: list[str] = []
         self.server.refusals.say = lambda phrase: self.said.append(phrase.sentence())
         self._timers: list[Timer] = []
 
-    def commands(self, port: int = 1000, address: str = ADDRESS) -> tuple[CommandChannel, Line]:
+    def commands(self, port: int = 1000, address: str = ADDRESS) -> tuple[CommandChannel, SocketlessLine]:
         return self._connect(CommandChannel(self.server, lambda: None), port, address)
 
-    def telemetry(self, port: int = 2000, address: str = ADDRESS) -> tuple[TelemetryChannel, Line]:
+    def telemetry(self, port: int = 2000, address: str = ADDRESS) -> tuple[TelemetryChannel, SocketlessLine]:
         channel, line = self._connect(TelemetryChannel(self.server, lambda: None), port, address)
         (greeting,) = line.frames()
         assert greeting["you"] is None
         return channel, line
 
     def _connect(self, channel, port, address):
-        line = Line(port, address)
+        line = SocketlessLine(port, address)
         line.channel = channel
         channel.connection_made(line)
         return channel, line
@@ -145,13 +128,13 @@ def receive(channel: CommandChannel, data: bytes) -> None:
         data = data[size:]
 
 
-def begin(car: Car, channel: CommandChannel, data: bytes) -> None:
+def begin(car: SocketlessCar, channel: CommandChannel, data: bytes) -> None:
     """Send the first commands of a connection, and wait until it is believed."""
     receive(channel, data)
     car.wait(50)
 
 
-def ask(channel: TelemetryChannel, line: Line, **request) -> dict:
+def ask(channel: TelemetryChannel, line: SocketlessLine, **request) -> dict:
     """The answer to a request."""
     text = json.dumps(request).encode()
     channel.data_received(struct.pack(">I", len(text)) + text)

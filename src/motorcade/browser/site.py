@@ -3,7 +3,6 @@
 python.zip is the part of the package motorcade that runs there, and nothing else of it.
 """
 
-import ast
 import hashlib
 import json
 from base64 import b64encode
@@ -18,10 +17,10 @@ from motorcade.browser.opening import opening_zip, zip_of
 from motorcade.browser.shell import CAPABILITIES
 from motorcade.config.files import raised_as, replace_file
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.imports import PACKAGE, needed_files
 from motorcade.locales import FIRST, languages
 from motorcade.service import documents, programs
 
-PACKAGE = Path(__file__).parents[1]
 # What the worker imports; all else is found by its imports.
 SHELL = ("browser/preload.py", "browser/shell.py")
 # engine.wasm is a file of its own, so that the browser compiles it while it arrives.
@@ -61,37 +60,8 @@ def python_zip(package: Path = PACKAGE) -> bytes:
 
 
 def reached_modules(package: Path = PACKAGE) -> set[Path]:
-    """Return the files of the modules that the shell in the browser reaches by imports, its own files included.
-
-    An import inside a function counts; one for the type checker doesn't.
-    """
-    reached: set[Path] = set()
-    waiting = [package / name for name in SHELL]
-    while waiting:
-        file = waiting.pop()
-        if file in reached:
-            continue
-        reached.add(file)
-        waiting += (folder / "__init__.py" for folder in file.parents if folder.is_relative_to(package))
-        for name in _imported(ast.parse(file.read_bytes())):
-            path = package.joinpath(*name.split(".")[1:])
-            waiting += [file for file in (path.with_suffix(".py"), path / "__init__.py") if file.is_file()]
-    return reached
-
-
-def _imported(tree: ast.AST) -> Iterator[str]:
-    """Yield what a file imports of the package: names of modules, and of what may be a module."""
-    for node in ast.iter_child_nodes(tree):
-        if isinstance(node, ast.If) and ast.unparse(node.test) in ("TYPE_CHECKING", "MYPY"):
-            continue
-        if isinstance(node, ast.ImportFrom):
-            names = [str(node.module), *(f"{node.module}.{alias.name}" for alias in node.names)]
-        elif isinstance(node, ast.Import):
-            names = [alias.name for alias in node.names]
-        else:
-            names = []
-        yield from (name for name in names if name.startswith("motorcade."))
-        yield from _imported(node)
+    """Return the files of the modules that the shell in the browser reaches by imports, its own files included."""
+    return needed_files((package / name for name in SHELL), package)
 
 
 def _data_files(package: Path) -> Iterator[Path]:

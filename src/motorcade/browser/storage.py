@@ -35,7 +35,8 @@ from motorcade.service.library import (
     united_stars,
 )
 from motorcade.service.messages import ErrorAnswer, LibraryEntry, StorageState, Version
-from motorcade.words.image import ImageError, parse_image_bytes
+from motorcade.words.image import parse_image_bytes
+from motorcade.words.packing import ImageError
 
 # The image of the virtual car, below this name.
 _CAR = "virtual-car"

@@ -179,7 +179,7 @@ def _open_simulated(
     """
     with needs_extra("simulated-car", "world"):
         import motorcade.engine.webassembly  # noqa: F401
-        from motorcade.boards.simulated_drive import LiveWorld, SimulatedCamera
+        from motorcade.engine.simulated_drive import LiveWorld, SimulatedCamera
         from motorcade.engine.world import World
         from motorcade.mats import playground, read_mat
 
@@ -192,7 +192,7 @@ def _open_simulated(
         place = own or playground()
     live = resources.enter_context(LiveWorld(World(place, [image], profile, threads=1)))
     board = live.board(0)
-    board.battery = battery
+    board.read_battery_mv = battery.read_mv if battery else None
     return board, SimulatedCamera(partial(live.jpeg, 0))
 
 

@@ -91,7 +91,7 @@ def _search(
     folder = output or Path(f"{wanted.id}-search")
     with ended_by_sentences(folder, "search"):
         from motorcade.cli.console import drawing_texts, progress_bar
-        from motorcade.experiments.run import chosen_workers
+        from motorcade.lab.run import chosen_workers
         from motorcade.lab.search import Search, do_task, opened_archive
         from motorcade.missions.check import check_program
 

@@ -29,8 +29,8 @@ from motorcade.outcomes import PROGRAM_ERROR
 
 if TYPE_CHECKING:
     from motorcade.config.profile import Profile
-    from motorcade.experiments.plan import Plan
-    from motorcade.experiments.spec import Sweep
+    from motorcade.lab.plan import Plan
+    from motorcade.lab.spec import Sweep
     from motorcade.mats import Mat
     from motorcade.runs.recording import Recording
 
@@ -171,7 +171,7 @@ def _sweep(
 ) -> None:
     with ended_by_sentences(output):
         from motorcade.cli.console import progress_bar
-        from motorcade.experiments.run import chosen_workers, run_sweep
+        from motorcade.lab.run import chosen_workers, run_sweep
 
         if capsule:
             from motorcade.runs.recording import check_writable
@@ -205,8 +205,8 @@ def _verify(
 ) -> None:
     with ended_by_sentences(capsule, "verify"):
         from motorcade.cli.console import progress_bar
-        from motorcade.experiments.run import on_this_computer
         from motorcade.lab.capsule import verify
+        from motorcade.lab.run import on_this_computer
 
         runs, difference = verify(capsule, sample, on_this_computer(jobs), progress_bar)
     if difference is None:
@@ -221,8 +221,8 @@ def _verify(
 def _plan(spec: Path, with_digests: bool) -> "Plan":
     from motorcade import __version__
     from motorcade.cli.console import progress_bar
-    from motorcade.experiments.plan import Plan
-    from motorcade.experiments.spec import read_sweep
+    from motorcade.lab.plan import Plan
+    from motorcade.lab.spec import read_sweep
 
     def has_own_mat(program: Path) -> bool:
         # A program that can't be read gets its own sentence when it is compiled.
@@ -260,7 +260,7 @@ def _program(spec: Path, index: int, wanted: "Sweep") -> "tuple[bytes, Profile]"
 
 def _mat(spec: Path, index: int, wanted: "Sweep") -> "Mat | None":
     """Read one of the mats that a sweep names; None for the empty table."""
-    from motorcade.experiments.spec import EMPTY_TABLE
+    from motorcade.lab.spec import EMPTY_TABLE
     from motorcade.mats import read_mat
 
     name = wanted.mats[index]

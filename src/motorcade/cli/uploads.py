@@ -119,6 +119,7 @@ def _install_firmware(
     insecure_lan: options.InsecureLan = False,
     keys: options.OptionalFile = None,
     revoked: options.OptionalFile = None,
+    check: Annotated[bool, typer.Option("--check")] = False,
     dry_run: options.DryRun = False,
     profile: str = "classroom",
     as_json: options.Json = False,
@@ -126,9 +127,11 @@ def _install_firmware(
     chosen = options.profile_named(profile)
     if (keys or insecure_lan) and not wifi:
         raise MotorcadeError("keys-without-wifi")
-    wireless = {}
+    wanted: dict[str, Any] = {"version": __version__}
     if wifi:
-        wireless = _wifi_settings(wifi, insecure_lan, keys, revoked, dry_run)
+        wanted |= _wifi_settings(wifi, insecure_lan, keys, revoked, dry_run)
+    if check:
+        wanted["check"] = True
 
     def settings_for(pin_map: "PinMap") -> dict[str, Any]:
         from motorcade.config.pins import load_voice_map
@@ -140,7 +143,7 @@ def _install_firmware(
         settings = settings_of(pin_map, chosen, role == "leader", number, voice)
         if wifi and pin_map.chip.name != "esp32":
             raise MotorcadeError("wifi-needs-esp32", chip=pin_map.chip.title)
-        return settings | {"version": __version__} | wireless
+        return settings | wanted
 
     with needs_extra("firmware", "firmware"):
         from motorcade.cli.console import progress_bar

@@ -8,7 +8,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Self
 
-from motorcade.car.arbiter import NEUTRAL
 from motorcade.drive.connection import (
     Address,
     AwayError,
@@ -26,6 +25,7 @@ from motorcade.errors import DriveError, MotorcadeError, Phrase
 from motorcade.sockets import DRIVE_PORT, port_behind
 from motorcade.timing import to_ticks
 from motorcade.words.formats import switch_words
+from motorcade.words.positions import DRIVE_NEUTRAL
 
 FRESH_S, PATIENCE_S = FRESH_MS / 1000, 5.0
 _PERIOD_S = PERIOD_MS / 1000
@@ -322,7 +322,7 @@ class DriveClient:
         if axes is not None:
             self._sent_s = _now_s()
             if not self._may_move:
-                self._connection.send(self._stamped(NEUTRAL))
+                self._connection.send(self._stamped(DRIVE_NEUTRAL))
                 return
             self._connection.send(self._stamped(stick_word(*axes)))
             present = {}

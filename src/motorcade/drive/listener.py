@@ -22,6 +22,8 @@ HANDSHAKE_S = 2.0
 # Little is buffered by the system, so that a stall leaves few old commands and little old telemetry.
 _KERNEL_BYTES = 1 << 13
 _OUT_OF_SOCKETS_S = 0.1
+# So many connections are accepted in a round of the event loop.
+_MOST_AT_ONCE = 32
 # So many connections wait for their handshakes.
 _MOST_WAITING = 256
 # The least time between two handshakes, and how often the event loop goes round until one has been answered.
@@ -171,7 +173,11 @@ class Listener:
                     # Out of sockets: some connection will end.
                     await asyncio.sleep(_OUT_OF_SOCKETS_S)
                     continue
-                (self._await_hello if self._tls else self._accept)(line, str(address[0]))
+                if self._tls:
+                    self._await_hello(line, str(address[0]))
+                    self._await_more_hellos()
+                else:
+                    self._accept(line, str(address[0]))
                 # While newcomers wait, sock_accept doesn't yield, and the open connections would get no turn.
                 await asyncio.sleep(0)
         finally:
@@ -208,6 +214,20 @@ class Listener:
                 accepting.result()[0].close()
             accepting.cancel()
             raise
+
+    def _await_more_hellos(self) -> None:
+        """Accept those who wait now, a few at most.
+
+        A round of the event loop may last for a handshake. One newcomer a round would let a flood fill the system's
+        queue, in which everybody waits.
+        """
+        for _ in range(_MOST_AT_ONCE):
+            try:
+                line, address = self._listener.accept()
+            except OSError:
+                return
+            line.setblocking(False)
+            self._await_hello(line, str(address[0]))
 
     def _await_hello(self, line: socket.socket, address: str) -> None:
         """Let a connection wait until its client says something, at most as long as for a handshake."""

@@ -21,7 +21,7 @@ from motorcade.timing import monotonic_ms
 from motorcade.upload.serial_port import open_port
 from motorcade.upload.transfer import Transfer, UploadTransfer
 from motorcade.words.request import car_request, read_answer
-from motorcade.words.upload import printable
+from motorcade.words.uploader import printable
 
 CONNECT_S = 1.5
 # A microcontroller waits for a moment in which it may stand still, and then computes for a second.

@@ -25,11 +25,11 @@ from matplotlib.figure import Figure
 
 from motorcade.config.files import locked, parse, read_bytes, replace_file
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.experiments.plan import code_hash
-from motorcade.experiments.run import ProgressBar, Workers, no_bar
+from motorcade.lab.grading import Graded, grade_runs
+from motorcade.lab.plan import code_hash
 from motorcade.lab.programs import ProgramSource
+from motorcade.lab.run import ProgressBar, Workers, no_bar
 from motorcade.missions.check import check_program
-from motorcade.missions.grading import Graded, grade_runs
 from motorcade.missions.model import Mission
 from motorcade.missions.schema import GOALS, WORKS
 from motorcade.program.compiler import compile_program
@@ -49,7 +49,7 @@ _BLOCK = 1e-4
 
 Method = Literal["map-elites", "racing", "random"]
 # What a search's outcome depends on, beside what a sweep's does.
-GRADED_BY = ("lab", "missions", "program")
+GRADED_BY = ("missions", "program")
 # The runs of a batch, which share a World.
 _BATCH_RUNS = 32
 # MAP-Elites and racing draw this share of their programs anew, and change others for the rest.

@@ -19,7 +19,7 @@ from motorcade.missions.watch import MissionWatch, begun_words, run_to_next
 from motorcade.program.compiler import compile_program
 from motorcade.program.decompiler import DecompileError, decompile
 from motorcade.program.model import Program, placed_steps
-from motorcade.words.image import bytes_to_words
+from motorcade.words.packing import bytes_to_words
 
 # The kind of the result for steps that the mission does not allow.
 STEPS = "steps"

@@ -24,7 +24,7 @@ from motorcade.program.python_writer import python_text, updated_text
 from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, Step, TogetherStep, own_fields
 from motorcade.service import messages
 from motorcade.service.documents import project_of, whole_program
-from motorcade.words.image import bytes_to_words, words_to_bytes
+from motorcade.words.packing import bytes_to_words, words_to_bytes
 
 # The sentence of an error in a file names at most so many diagnostics; the others often follow from the first ones.
 _MOST_SHOWN = 3

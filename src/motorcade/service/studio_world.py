@@ -27,8 +27,9 @@ from motorcade.service.missions import Referee, chosen_mission
 from motorcade.service.why import why
 from motorcade.service.world_messages import CarDetails, ReceivedFrame, SetWorld, WorldHello
 from motorcade.words.formats import CONTROL, FRAME
-from motorcade.words.image import bytes_to_words, parse_image_bytes
+from motorcade.words.image import parse_image_bytes
 from motorcade.words.infrared import word_of
+from motorcade.words.packing import bytes_to_words
 from motorcade.words.upload import NO_PROGRAM
 
 # With more a moment takes so long to compute that one world delays the others.

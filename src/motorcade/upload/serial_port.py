@@ -37,7 +37,7 @@ from motorcade.upload.transfer import (
     readback_error,
     upload_error,
 )
-from motorcade.words.upload import Outcome
+from motorcade.words.uploader import Outcome
 
 # The name; its vendor's number; its products' numbers, none for all of them.
 _BOARDS: tuple[tuple[str, int, tuple[int, ...]], ...] = (

@@ -12,7 +12,7 @@ from motorcade.drive.session import CarControl, ControlSession
 from motorcade.server.fleet import SingleCar
 from motorcade.server.remote import make_remote
 from motorcade.server.request_filter import ServerSettings
-from support.driven_car import NotedBoard
+from support.mock_board import MockDriveBoard
 from support.remote_page import RemotePage
 
 HERE = "127.0.0.1:7700"
@@ -24,7 +24,7 @@ class Server:
 
     def __init__(self):
         self.told = []
-        self.car = CarControl(NotedBoard(), lambda: 0, built_in_profile("classroom"))
+        self.car = CarControl(MockDriveBoard(), lambda: 0, built_in_profile("classroom"))
         settings = ServerSettings(record=lambda *each: self.told.append(each))
         self.client = TestClient(make_remote(settings, SingleCar(self.car)), base_url=f"http://{HERE}")
 

@@ -20,7 +20,7 @@ from motorcade.server.fleet import SingleCar
 from motorcade.server.remote import make_remote
 from motorcade.server.remote_messages import CarState
 from motorcade.server.request_filter import ServerSettings
-from support.driven_car import NEUTRAL, NotedBoard
+from support.mock_board import NEUTRAL, MockDriveBoard
 from support.remote_page import RemotePage
 
 HERE = "http://127.0.0.1:7700"
@@ -76,7 +76,7 @@ def visit():
     with ExitStack() as opened:
 
         def visiting(base_url=HERE, camera=None, **settings):
-            drive = CarControl(NotedBoard(), lambda: 0, PROFILE)
+            drive = CarControl(MockDriveBoard(), lambda: 0, PROFILE)
             app = make_remote(ServerSettings(**settings), SingleCar(drive, camera() if camera else None))
             client = opened.enter_context(TestClient(app, base_url=base_url, follow_redirects=False))
             return Rig(client, drive)

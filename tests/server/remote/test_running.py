@@ -28,7 +28,7 @@ from motorcade.server.remote import make_remote
 from motorcade.server.request_filter import ServerSettings
 from motorcade.server.running import CONTROLS_A_MINUTE, FRAGMENTS_A_MINUTE
 from motorcade.sockets import allow_files
-from support.driven_car import NotedBoard
+from support.mock_board import MockDriveBoard
 from support.served_app import served
 from support.soak import SOAK
 from support.waiting import DEADLINE_S, wait_until
@@ -63,7 +63,7 @@ def running(source, tls=None, wheels=None):
     """Serve a car's page in a thread of its own; give its address."""
 
     def make_app():
-        drive = CarControl(wheels or NotedBoard(), lambda: 0, built_in_profile("classroom"))
+        drive = CarControl(wheels or MockDriveBoard(), lambda: 0, built_in_profile("classroom"))
         return make_remote(ServerSettings(), SingleCar(drive, Camera(source, rate_hz=30)))
 
     return served(make_app, tls)
@@ -86,7 +86,7 @@ def test_a_stalled_viewer_gets_few_old_pictures_and_then_the_newest():
 
 
 def test_of_a_burst_after_a_stall_few_sticks_are_executed_and_the_last_one_is():
-    wheels = NotedBoard()
+    wheels = MockDriveBoard()
     with running(Numbered(), wheels=wheels) as (host, port), connect(f"ws://{host}:{port}/drive/ws") as line:
         joined(line)
         stick = {"do": "drive", "cars": ["1"], "steering": 0.0}
