@@ -54,6 +54,21 @@ def test_each_stores_the_own_window_alone_and_reads_both(two):
         assert view(pupil)["versions"] == {"leader": 2, "followers": 2}
 
 
+def test_a_page_is_shown_a_pair_when_both_windows_can_be_read(tmp_path, monkeypatch):
+    shown = []
+
+    def stored(folder, *arguments, store=ClassFolder.write_version, **named):
+        shown.append(view(mia))
+        return store(folder, *arguments, **named)
+
+    with class_room(tmp_path) as room:
+        mia, bo = room.join("Mia"), room.join("Bo")
+        monkeypatch.setattr(ClassFolder, "write_version", stored)
+        assert mia.ask("class/pair/begin", to=bo.id, name="Parade", project=PROJECT | BOTH) == {}
+        assert shown == [None, None]
+        assert view(mia)["versions"] == {"leader": 1, "followers": 1}
+
+
 def test_windows_are_swapped_when_both_want_it_and_how_one_plays_is_told_to_the_other(two):
     _, mia, bo, _ = two
     assert mia.ask("class/pair/conduct", playing=True, speed=2, seed=7, t_ms=400) == {}

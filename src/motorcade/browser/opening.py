@@ -58,7 +58,8 @@ class _RecordedKernels(WebAssemblyKernels):
 
     def take_calls(self) -> _Calls:
         """Return the calls since the last time."""
-        calls, self._calls = self._calls, []
+        calls = self._calls
+        self._calls = []
         return calls
 
     def address(self, array: Any) -> int:
@@ -142,7 +143,8 @@ class _World:
         run = [_Sample(values, calls[:1]) for values, calls in stepped]
         # Without events the arrays have other strides.
         take = [_Sample(values, calls[1:]) for values, calls in stepped if values["events"]]
-        counters, kernels = self._simulation.arrays().counters, self._kernels
+        counters = self._simulation.arrays().counters
+        kernels = self._kernels
         to, room = kernels.slot("taken")
         packed, packed_room = kernels.slot("packed events")
         most = min(room // _ROW_BYTES, packed_room // EVENT_BYTES, counters.events.shape[1])
@@ -162,12 +164,14 @@ class _World:
 
     def _tried(self) -> tuple[list[_Sample], list[_Sample]]:
         """Run the world; return what differed in each step and in each picture, and the calls of kernels."""
-        stepped, shown = [], []
+        stepped = []
+        shown = []
         self._kernels.take_calls()
         for step_ms in cycle(_STEPS_MS):
             if self._world.now_ms >= _TRIED_MS:
                 break
-            tick, ticks = self._simulation.tick, max(step_ms // self._world.tick_ms, 1)
+            tick = self._simulation.tick
+            ticks = max(step_ms // self._world.tick_ms, 1)
             rows = self._world.run(ticks * self._world.tick_ms)
             values = {"until": tick + ticks, "ticks": ticks, "events": len(rows) // EVENT_BYTES}
             stepped.append(_Sample(values, self._kernels.take_calls()))

@@ -19,7 +19,7 @@ from motorcade.browser.storage import BrowserStorage
 from motorcade.errors import MotorcadeError, TransferError
 from motorcade.missions.check import open_worlds_here
 from motorcade.missions.odds import OpenWorlds
-from motorcade.service.messages import Capabilities, decode
+from motorcade.service.messages import Capabilities, decode, encoded
 from motorcade.service.programs import error_answer
 from motorcade.service.requests import Context, respond
 from motorcade.service.studio_world import open_world
@@ -60,7 +60,8 @@ class UploadStream:
         return self.advance()
 
     def _begun(self, order: UploadOrder) -> UploadSession:
-        number, storage = os.urandom(1)[0], self._storage
+        number = os.urandom(1)[0]
+        storage = self._storage
         if storage is None:
             return UploadSession(order, number)
         if order.port != VIRTUAL_PORT.port:
@@ -216,4 +217,4 @@ def _known(problem: Exception) -> MotorcadeError:
 
 
 def _packed(answers: list[Any]) -> Sent:
-    return [answer if isinstance(answer, bytes) else msgspec.json.encode(answer).decode() for answer in answers]
+    return [encoded(answer) for answer in answers]

@@ -129,7 +129,8 @@ class BrowserStorage(Storage):
     def load(self, index: str) -> None:
         """Take the newest index (JSON), and forget all changes and texts."""
         self._index = msgspec.json.decode(index, type=_Index)
-        problem, unreadable = self._index.problem, []
+        problem = self._index.problem
+        unreadable = []
         found: dict[tuple[str, str], list[Record]] = {}
         for key in self._index.keys:
             try:
@@ -155,7 +156,8 @@ class BrowserStorage(Storage):
         """Take texts, a JSON list of pairs of a key and a text (null where it can't be read); forget the changes."""
         known = self._texts | dict(msgspec.json.decode(texts, type=list[tuple[Record, Any]]))
         self._begin()
-        self._texts, self._has_waited = known, True
+        self._texts = known
+        self._has_waited = True
 
     def changes(self) -> str:
         """Return what the request changes, as JSON; empty where it changes nothing."""
@@ -174,7 +176,9 @@ class BrowserStorage(Storage):
     def _begin(self) -> None:
         """Forget the changes and texts of a request."""
         self._projects = dict(self._stored)
-        self._texts, self._wanted, self._has_waited = {}, [], False
+        self._texts = {}
+        self._wanted = []
+        self._has_waited = False
         self._changes = _Changes(self.revision)
 
     def write_version(
@@ -260,7 +264,8 @@ class BrowserStorage(Storage):
 
     def take_car_image(self) -> str:
         """Return the new image as base64, to be stored at once: the last one counts, whichever tab sends it."""
-        image, self._car_image = self._car_image, ""
+        image = self._car_image
+        self._car_image = ""
         return image
 
     def _existing(self, owner: str, name: str) -> tuple[Record, ...]:

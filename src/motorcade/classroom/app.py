@@ -63,7 +63,8 @@ def make_class_app(settings: ClassServerSettings, folder: ClassFolder) -> ASGIAp
     worlds = PageWorlds(running)
     room_cars = CarList(settings, running.is_teacher)
     handlers = Handlers(running, worlds, EmergencyStop(cars), room_cars)
-    walls, mat = Walls(running, worlds), running.mat
+    walls = Walls(running, worlds)
+    mat = running.mat
 
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
@@ -151,16 +152,18 @@ async def _answer(running: RunningClass, handlers: Handlers, request: Request) -
     async with running.bodies.loaded(request) as data:
         arguments = exchange.request.arguments(data)
     # The body may have come late, and had to wait for its turn: the right is asked now, and the deed is the next line.
-    who, now_s = "" if exchange.is_open else _asker(running, request), running.settings.clock()
-    response, since = json_response(None), running.room.revision
+    who = ""
+    if not exchange.is_open:
+        who = _asker(running, request)
+    now_s = running.settings.clock()
+    response = json_response(None)
+    since = running.room.revision
     asks = Asks(request, response)
     given = {"self": owner, "asks": asks, "client": _address(request), "who": who, "now_s": now_s}
     try:
         answer = exchange.request.function(**{name: given[name] for name in exchange.request.given}, **arguments)
         if isawaitable(answer):
             answer = await answer
-        else:
-            answer = answer
     except MotorcadeError:
         # Also what a refused request has changed.
         running.show_changes()
@@ -170,7 +173,9 @@ async def _answer(running: RunningClass, handlers: Handlers, request: Request) -
     except MotorcadeError:
         if exchange.stores:
             raise
-    response.body = msgspec.json.encode(Nothing() if answer is None else answer)
+    if answer is None:
+        answer = Nothing()
+    response.body = msgspec.json.encode(answer)
     response.headers["content-length"] = str(len(response.body))
     return response
 
@@ -202,7 +207,8 @@ async def _report(running: RunningClass, request: Request) -> Response:
 async def _work(running: RunningClass, request: Request) -> Response:
     """Answer with the work of all pupils as a ZIP file; the query's ``language`` is that of its page."""
     language = _language(request)
-    pupils, title = list(running.room.record.pupils), running.room.record.title
+    pupils = list(running.room.record.pupils)
+    title = running.room.record.title
 
     def write() -> Path:
         with tempfile.NamedTemporaryFile(prefix="motorcade-", suffix=".zip", delete=False) as file:
@@ -251,7 +257,8 @@ async def _serve_pupil(running: RunningClass, socket: WebSocket) -> None:
 
 
 async def _show_pupil(running: RunningClass, socket: WebSocket, page: PageSocket, pupil_id: str) -> None:
-    room, shown = running.room, b""
+    room = running.room
+    shown = b""
     ended = room.ended
     with running.watching() as changed:
         while (pupil := running.pupil(socket)) and pupil.id == pupil_id:
@@ -317,7 +324,9 @@ def class_view(room: Classroom, mat: MatView, now_s: float, disk: Sentence | Non
 
 
 def _row(pupil: Pupil, presence: Presence, now_s: float) -> PupilRow:
-    away_s, hand_s, stuck_s = 0, None, None
+    away_s = 0
+    hand_s = None
+    stuck_s = None
     if not presence.pages:
         away_s = int(now_s - presence.left_s)
     if presence.hand_s is not None:

@@ -273,7 +273,8 @@ def class_report(folder: ClassFolder, works: Sequence[Pupil | WorkFile], mission
     Raises MotorcadeError where it can't be made, or takes ten minutes.
     """
     with tempfile.TemporaryDirectory(prefix="motorcade-") as name:
-        work, page = Path(name) / "work", Path(name) / "report.html"
+        work = Path(name) / "work"
+        page = Path(name) / "report.html"
         work.mkdir()
 
         def write(path: str, data: bytes) -> None:
@@ -302,7 +303,8 @@ def class_report(folder: ClassFolder, works: Sequence[Pupil | WorkFile], mission
 def _add(write: Callable[[str, bytes], None], folder: ClassFolder, pupil: Pupil) -> _Work:
     """Write all work of a pupil, each file by its path and content."""
     place = f"{pupil.id} {_file_name(pupil.name, set())}"
-    files, taken = [], {"draft"}
+    files = []
+    taken = {"draft"}
     for entry in folder.list(pupil.id):
         path = ""
         with suppress(MotorcadeError):
@@ -350,14 +352,12 @@ def overview(works: Iterable[_Work], title: str, language: str) -> str:
     missions = {mission.id: mission.name.get(language) or mission.name["en"] for mission in list_missions({})}
     rows = []
     for work in works:
-        items = [_item(*file, words) for file in work.files]
-        stars = [
-            f"<li>{escape(missions.get(mission, mission))}: {'★' * len(earned)}</li>"
-            for mission, earned in work.stars.items()
-            if earned
-        ]
-        cells = (escape(work.name), f"<ul>{''.join(items)}</ul>", f"<ul>{''.join(stars)}</ul>")
-        rows.append(f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>")
+        items = "".join(_item(*file, words) for file in work.files)
+        stars = ""
+        for mission, earned in work.stars.items():
+            if earned:
+                stars += f"<li>{escape(missions.get(mission, mission))}: {'★' * len(earned)}</li>"
+        rows.append(f"<tr><td>{escape(work.name)}</td><td><ul>{items}</ul></td><td><ul>{stars}</ul></td></tr>")
     heads = "".join(f"<th scope=col>{words[key]}</th>" for key in ("pupil", "projects", "stars"))
     name = escape(title) or words["title"]
     return (

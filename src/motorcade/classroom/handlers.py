@@ -51,8 +51,13 @@ class Handlers:
     """
 
     def __init__(self, running: RunningClass, worlds: PageWorlds, stop: EmergencyStop, programmed: CarList) -> None:
-        self._running, self._worlds, self._stop, self._programmed = running, worlds, stop, programmed
-        self._room, self._pairs, self._folder = running.room, running.pairs, running.folder
+        self._running = running
+        self._worlds = worlds
+        self._stop = stop
+        self._programmed = programmed
+        self._room = running.room
+        self._pairs = running.pairs
+        self._folder = running.folder
         self._gifts = Attempts(_GIFTS_A_MINUTE, 60.0, "gives-too-often")
 
     # Everybody who comes in.
@@ -60,7 +65,8 @@ class Handlers:
     @request("class/about", is_open=True)
     def about(self, asks: Asks) -> messages.ClassAbout:
         """Return what everybody may know."""
-        pupil, record = self._running.pupil(asks.connection), self._room.record
+        pupil = self._running.pupil(asks.connection)
+        record = self._room.record
         me = None
         if pupil:
             me = self._room.self_of(pupil)
@@ -151,10 +157,12 @@ class Handlers:
     @request("class/give", stores=True)
     async def give(self, who: str, to: Id, name: Text40, now_s: float) -> str:
         """Put a copy of an own project into a classmate's library; return its name there."""
-        giver, taker = self._room.pupil(who), self._room.pupil(to)
+        giver = self._room.pupil(who)
+        taker = self._room.pupil(to)
         self._gifts.count(who, now_s)
         data = await to_thread.run_sync(self._folder.read, giver.id, name)
-        giver, taker = self._room.pupil(who), self._room.pupil(to)
+        giver = self._room.pupil(who)
+        taker = self._room.pupil(to)
         copied = await to_thread.run_sync(self._folder.copy, data, taker.id, name, giver.name)
         self._room.tell(taker, "project", copied, giver.name)
         return copied
@@ -180,15 +188,19 @@ class Handlers:
         pair = self._pairs.begin(who, to, name)
         if not is_new:
             return
-        # Files are stored for those alone whom the class's file knows.
-        await self._running.settle()
+        self._pairs.beginning.add(pair.id)
         try:
+            # Files are stored for those alone whom the class's file knows.
+            await self._running.settle()
             for window in WINDOWS:
                 await self._store_window(pair, who, window, project, 0)
         except MotorcadeError:
             for pupil in (who, to):
                 self._pairs.leave(pupil, pair.id)
             raise
+        finally:
+            self._pairs.beginning.discard(pair.id)
+            self._room.changes += 1
 
     @request("class/pair/read")
     async def read_window(self, who: str, window: Window) -> messages.PairProject:
@@ -225,7 +237,8 @@ class Handlers:
 
         It is "" for none: who was only asked gets none, and where it can't be stored the page has the project.
         """
-        pair, copied = self._pairs.of(who), ""
+        pair = self._pairs.of(who)
+        copied = ""
         try:
             if pair and who in pair.joined:
                 copied = await to_thread.run_sync(self._copy_of_pair, pair, who)
@@ -253,7 +266,8 @@ class Handlers:
     @request("teacher/addresses")
     def addresses(self) -> messages.ClassAddresses:
         """Return how pupils find the class."""
-        network, code = self._running.settings.network, self._room.record.code
+        network = self._running.settings.network
+        code = self._room.record.code
         why = None
         if network.why_no_name:
             why = sentences(network.why_no_name)
@@ -346,7 +360,8 @@ class Handlers:
             found: Project | None = open_text(await to_thread.run_sync(self._folder.read, owner, name))
         else:
             draft = await self.read_draft(owner)
-            name, found = draft.name, draft.project
+            name = draft.name
+            found = draft.project
         if found is None:
             raise MotorcadeError("no-draft")
         return StoredProject(**structs.asdict(found) | {"name": name})
@@ -355,9 +370,9 @@ class Handlers:
     async def progress(self) -> messages.ClassProgress:
         """Return the missions, and what each pupil has earned."""
         found = [messages.MissionStars(mission.id, mission.name, mission.stars) for mission in list_missions({})]
-        stars = {
-            pupil.id: await to_thread.run_sync(self._folder.stars, pupil.id) for pupil in list(self._room.record.pupils)
-        }
+        stars = {}
+        for pupil in list(self._room.record.pupils):
+            stars[pupil.id] = await to_thread.run_sync(self._folder.stars, pupil.id)
         return messages.ClassProgress(found, stars)
 
     @request("teacher/stop-all")

@@ -59,9 +59,9 @@ def new_code(random_below: RandomBelow) -> str:
 
 def typed_code(text: str) -> str:
     """Return the code that somebody typed, as `new_code` writes it."""
-    return "".join(character for character in unicodedata.normalize("NFKC", text).upper() if character.isalnum())[
-        : 2 * CODE_LENGTH
-    ]
+    normal = unicodedata.normalize("NFKC", text).upper()
+    code = "".join(character for character in normal if character.isalnum())
+    return code[: 2 * CODE_LENGTH]
 
 
 def new_number(random_below: RandomBelow, taken: Iterable[str] = ()) -> str:
@@ -75,8 +75,9 @@ def new_number(random_below: RandomBelow, taken: Iterable[str] = ()) -> str:
 
 def typed_number(text: str) -> str:
     """Return the personal number that somebody typed, with plain digits."""
-    digits = [character for character in unicodedata.normalize("NFKC", text) if character.isdecimal()]
-    return "".join(str(unicodedata.decimal(digit)) for digit in digits)[: 2 * _NUMBER_LENGTH]
+    digits = filter(str.isdecimal, unicodedata.normalize("NFKC", text))
+    number = "".join(str(unicodedata.decimal(digit)) for digit in digits)
+    return number[: 2 * _NUMBER_LENGTH]
 
 
 def check_password(password: str) -> None:
@@ -87,7 +88,8 @@ def check_password(password: str) -> None:
 
 def to_stored(password: str, salt: bytes) -> str:
     """Return what is stored of a password, with 16 random bytes: ``scrypt:COST:SALT:KEY``. It takes some 50 ms."""
-    return ":".join((_KIND, str(_COST), salt.hex(), _key(password, salt, _COST).hex()))
+    key = _key(password, salt, _COST)
+    return f"{_KIND}:{_COST}:{salt.hex()}:{key.hex()}"
 
 
 def is_password(password: str, stored: str) -> bool:

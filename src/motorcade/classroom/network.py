@@ -32,6 +32,7 @@ _VIRTUAL = (
 )
 # A certificate that lasts for less than this is made anew.
 _LEAST = timedelta(days=14)
+_FAMILIES = (socket.AF_INET, socket.AF_INET6)
 _WIRELESS = ("wl", "wi-fi", "wlan", "ath")
 
 
@@ -53,7 +54,10 @@ class Network:
         self.addresses = [url_of(host, port, scheme=scheme) for host in hosts]
         self.local_name: str | None = None
         self.why_no_name: MotorcadeError | None = None
-        self._hosts, self._port, self._scheme, self._announces = list(hosts), port, scheme, announces
+        self._hosts = list(hosts)
+        self._port = port
+        self._scheme = scheme
+        self._announces = announces
 
     def choose(self, address: str) -> None:
         """Show one of the addresses first: the room's tablets reach it. Raises MotorcadeError for any other."""
@@ -84,7 +88,8 @@ class Network:
             from zeroconf import NonUniqueNameException
         except ModuleNotFoundError:
             return MotorcadeError("local-name-needs-zeroconf", name=LOCAL_NAME, command=install_command("class"))
-        server, properties = f"{LOCAL_NAME}.", {"path": "/join"}
+        server = f"{LOCAL_NAME}."
+        properties = {"path": "/join"}
         reason: Exception | None = None
         for hosts in (self._hosts, self._hosts[:1]):
             try:
@@ -101,11 +106,13 @@ class Network:
 
 def interfaces() -> list[tuple[str, str]]:
     """Return the names and the addresses of the network interfaces of this computer that are up."""
-    up = {name for name, status in psutil.net_if_stats().items() if status.isup}
-    found = [
-        (name, address) for name, addresses in psutil.net_if_addrs().items() if name in up for address in addresses
-    ]
-    return [(name, address.address) for name, address in found if address.family in (socket.AF_INET, socket.AF_INET6)]
+    addresses = psutil.net_if_addrs()
+    found = []
+    for name, status in psutil.net_if_stats().items():
+        if status.isup:
+            internet = (address for address in addresses.get(name, ()) if address.family in _FAMILIES)
+            found += [(name, address.address) for address in internet]
+    return found
 
 
 def likely_first(found: Iterable[tuple[str, str]], way_out: str | None = None) -> list[str]:
@@ -120,15 +127,18 @@ def likely_first(found: Iterable[tuple[str, str]], way_out: str | None = None) -
         interfaces before others, those of virtual interfaces last. Those of the computer alone are left out. Where
         there is none, those of IPv6, without link-local ones, which browsers don't open.
     """
-    usable = [(name, text, ipaddress.ip_address(text.partition("%")[0])) for name, text in found]
-    usable = [
-        address
-        for address in usable
-        if not (address[2].is_loopback or address[2].is_unspecified or address[2].is_multicast)
-    ]
-    of_ipv4 = [address for address in usable if address[2].version == 4]
+    of_ipv4 = []
+    of_ipv6 = []
+    for name, text in found:
+        address = ipaddress.ip_address(text.partition("%")[0])
+        if address.is_loopback or address.is_unspecified or address.is_multicast:
+            continue
+        if address.version == 4:
+            of_ipv4.append((name, text, address))
+        elif not address.is_link_local:
+            of_ipv6.append((name, text, address))
     ranked = []
-    for name, text, address in of_ipv4 or [address for address in usable if not address[2].is_link_local]:
+    for name, text, address in of_ipv4 or of_ipv6:
         virtual = name.lower().startswith(_VIRTUAL)
         wireless = name.lower().startswith(_WIRELESS)
         ranked.append((virtual, address.is_link_local, text != way_out, not address.is_private, not wireless, text))

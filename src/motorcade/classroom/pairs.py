@@ -26,11 +26,13 @@ class Pairs:
 
     Attributes:
         versions: of the windows that were stored, by the pair's id and the window.
+        beginning: the ids of pairs whose windows aren't stored yet: no page is shown them, since it would read them.
     """
 
     def __init__(self, room: Classroom) -> None:
         self._room = room
         self.versions: dict[tuple[str, Window], int] = {}
+        self.beginning: set[str] = set()
         self._conducted: dict[str, Conducted] = {}
         self._away: set[str] = set()
 
@@ -48,7 +50,7 @@ class Pairs:
     def view(self, pupil: str) -> PairView | None:
         """Return what a pupil's page shows of the pair."""
         pair = self.of(pupil)
-        if pair is None:
+        if pair is None or pair.id in self.beginning:
             return None
         others = [member for member in self._room.record.pupils if member.id in pair.members and member.id != pupil]
         other = next(iter(others), None)
@@ -72,7 +74,9 @@ class Pairs:
             to: is asked.
             name: of the project.
         """
-        asks, asked, pair = self._room.pupil(who), self._room.pupil(to), self.of(who)
+        asks = self._room.pupil(who)
+        asked = self._room.pupil(to)
+        pair = self.of(who)
         if pair and (len(pair.members) > 1 or who not in pair.joined):
             raise MotorcadeError("in-a-pair-already", name=asks.name)
         if self.of(to) or who == to:
@@ -150,7 +154,10 @@ class Pairs:
         """Play the worlds of both pages, or let them stand at a time. Raises MotorcadeError."""
         pair = self.joined(who)
         before = self._conducted.get(pair.id)
-        self._conducted[pair.id] = Conducted(before.number + 1 if before else 1, who, playing, speed, seed, t_ms)
+        number = 1
+        if before:
+            number = before.number + 1
+        self._conducted[pair.id] = Conducted(number, who, playing, speed, seed, t_ms)
         self._room.changes += 1
 
     def advance(self, now_s: float) -> None:

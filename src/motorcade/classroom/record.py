@@ -117,7 +117,10 @@ def new_record(random_below: RandomBelow) -> ClassRecord:
 
 def owners_of(record: ClassRecord) -> set[str]:
     """Return whose libraries a class has: those of its pupils, its pairs and its teacher."""
-    return {TEACHER, *(pupil.id for pupil in record.pupils), *(pair.library for pair in record.pairs)}
+    owners = {TEACHER}
+    owners.update(pupil.id for pupil in record.pupils)
+    owners.update(pair.library for pair in record.pairs)
+    return owners
 
 
 def is_owner(name: str) -> bool:
@@ -128,7 +131,9 @@ def is_owner(name: str) -> bool:
 def is_known(record: ClassRecord, owner: str) -> bool:
     """Return whether a pupil or a pair is, or was, one of this class: its number was given out."""
     of_a_pair, number = _OWNER.fullmatch(owner).groups()  # type: ignore[union-attr]
-    return int(number) <= (record.paired if of_a_pair else record.joined)
+    if of_a_pair:
+        return int(number) <= record.paired
+    return int(number) <= record.joined
 
 
 def leave_pair(record: ClassRecord, pupil_id: str) -> None:
@@ -142,10 +147,13 @@ def leave_pair(record: ClassRecord, pupil_id: str) -> None:
 def _mend(record: ClassRecord, pair: Pair) -> None:
     """Keep of a pair what belongs to its members; its library is to be deleted where nobody is in it."""
     pair.joined = [member for member in pair.joined if member in pair.members]
-    owners = {window: pair.owners.get(window) for window in WINDOWS}
     if pair.asks not in pair.joined:
         pair.asks = None
-    pair.owners = {window: owner if owner in pair.joined else None for window, owner in owners.items()}
+    owners = pair.owners
+    pair.owners = dict.fromkeys(WINDOWS)
+    for window in WINDOWS:
+        if owners.get(window) in pair.joined:
+            pair.owners[window] = owners[window]
     if not pair.joined:
         record.pairs.remove(pair)
         record.removed.append(pair.library)
@@ -222,12 +230,16 @@ class Presence:
     def open_mission(self, mission: str | None, now_s: float) -> None:
         """Begin a mission, or none; opening it again is no step."""
         if mission != self.mission:
-            self.mission, self.goals, self.met, self.most_met = mission, 0, 0, 0
+            self.mission = mission
+            self.goals = 0
+            self.met = 0
+            self.most_met = 0
             self._step(now_s)
 
     def see_goals(self, met: int, goals: int, now_s: float) -> None:
         """Note how many goals are met in the pupil's world: more than ever before is a step."""
-        self.met, self.goals = met, goals
+        self.met = met
+        self.goals = goals
         if met > self.most_met:
             self.most_met = met
             self._step(now_s)

@@ -103,11 +103,18 @@ class Classroom:
         """
         stored = copied(self.kept)
         stored.sign_ins = self.record.sign_ins
-        stored.joined, stored.paired = self.record.joined, self.record.paired
+        stored.joined = self.record.joined
+        stored.paired = self.record.paired
         self.record = stored
         self.presence = {pupil.id: self.presence.get(pupil.id) or Presence() for pupil in stored.pupils}
-        self.holders = {name: holder if holder in self.presence else None for name, holder in self.holders.items()}
+        self._free_from(lambda holder: holder not in self.presence)
         self.save()
+
+    def _free_from(self, is_out: Callable[[str | None], bool]) -> None:
+        """Free what is shared from the holders who are out."""
+        for name, holder in self.holders.items():
+            if is_out(holder):
+                self.holders[name] = None
 
     def part(self, change: Callable[[ClassRecord], None]) -> None:
         """Let somebody or something go, by ``change``: that stays so also where it can't be stored at present."""
@@ -255,13 +262,9 @@ class Classroom:
             stuck_minutes: a pupil is stuck after so many minutes without a step in the mission.
         """
         record = self.record
-        if title is None:
-            record.title = record.title
-        else:
+        if title is not None:
             record.title = checked_user_name(title)
-        if is_open is None:
-            record.is_open = record.is_open
-        else:
+        if is_open is not None:
             record.is_open = is_open
         record.stuck_minutes = stuck_minutes or record.stuck_minutes
         self.save()
@@ -279,7 +282,8 @@ class Classroom:
     @request("teacher/rename", stores=True)
     def rename(self, pupil: Id, name: Text40) -> None:
         """Give a pupil another name. Raises MotorcadeError."""
-        renamed, checked = self.pupil(pupil), checked_user_name(name)
+        renamed = self.pupil(pupil)
+        checked = checked_user_name(name)
         check_free(checked, [pupil.name for pupil in self.record.pupils if pupil is not renamed])
         renamed.name = checked
         self.save()
@@ -297,14 +301,17 @@ class Classroom:
         self.pupil(pupil_id)
         self.part(lambda record: take_out(record, pupil_id))
         self.presence.pop(pupil_id, None)
-        self.holders = {name: None if holder == pupil_id else holder for name, holder in self.holders.items()}
+        self._free_from(lambda holder: holder == pupil_id)
 
     def end(self) -> None:
         """End the class: nobody is in it any more, all names are gone. The password stays; no id comes again."""
         code = new_code(self._random_below)
 
         def forget(record: ClassRecord) -> None:
-            record.missions, record.handed, record.title, record.code = [], None, "", code
+            record.missions = []
+            record.handed = None
+            record.title = ""
+            record.code = code
 
         for pupil in list(self.record.pupils):
             self.remove(pupil.id)

@@ -85,7 +85,8 @@ class RunningClass(Visitors):
         super().__init__(settings)
         self.storage = self.folder = folder
         self.first_key = settings.first_key
-        cars, record = [car.name for car in settings.cars], folder.load(secrets.randbelow)
+        cars = [car.name for car in settings.cars]
+        record = folder.load(secrets.randbelow)
         self.room = Classroom(record, secrets.randbelow, cars, settings.clock())
         folder.is_in = self.is_in
         self.mat = SharedMat()
@@ -150,10 +151,11 @@ class RunningClass(Visitors):
     def forget(self, response: Response, connection: HTTPConnection, *, teacher: bool = False) -> None:
         """Sign a browser out."""
         name = self._pupil_cookie
+        sign_out = self.room.leave
         if teacher:
             name = self._teacher_cookie
-        device = digest(connection.cookies.get(name, ""))
-        (self.room.sign_out if teacher else self.room.leave)(device)
+            sign_out = self.room.sign_out
+        sign_out(digest(connection.cookies.get(name, "")))
         response.delete_cookie(name)
 
     # Changes.
@@ -169,8 +171,6 @@ class RunningClass(Visitors):
         """
         if since is None:
             since = self.room.revision
-        else:
-            since = since
         try:
             async with self._storing:
                 revision = self.room.revision
@@ -291,14 +291,15 @@ class RunningClass(Visitors):
             mission = None
             if message.mission:
                 mission = message.mission.id or OWN
-            self.room.note(visitor, partial(Presence.open_mission, mission=mission, now_s=self.settings.clock()))
+            self._note(visitor, Presence.open_mission, mission=mission)
             self.show_changes()
 
     def note_answers(self, visitor: str, answers: Iterable[WorldAnswer | bytes]) -> None:
         for answer in answers:
             if isinstance(answer, Goals):
-                met, count = sum(goal.progress == "met" for goal in answer.goals), len(answer.goals)
-                self.room.note(visitor, partial(Presence.see_goals, met=met, goals=count, now_s=self.settings.clock()))
+                met = sum(goal.progress == "met" for goal in answer.goals)
+                count = len(answer.goals)
+                self._note(visitor, Presence.see_goals, met=met, goals=count)
                 self.show_changes()
 
     @asynccontextmanager
@@ -315,8 +316,12 @@ class RunningClass(Visitors):
         for owner in owners:
             earned = await to_thread.run_sync(self.folder.stars, owner)
             total = sum(map(len, earned.values()))
-            self.room.note(owner, partial(Presence.earn, stars=total, now_s=self.settings.clock()))
+            self._note(owner, Presence.earn, stars=total)
         self.show_changes()
+
+    def _note(self, pupil: str, what: Callable[..., None], **details: object) -> None:
+        """Note now what a pupil did."""
+        self.room.note(pupil, partial(what, **details, now_s=self.settings.clock()))
 
     def check_request(self, visitor: str) -> None:
         """Raise MotorcadeError where the visitor may not send one more request now."""

@@ -32,7 +32,8 @@ def parade(leaders: int, followers: int) -> dict[str, Any]:
 
     All cars have to move, without touching each other, and then far.
     """
-    rows, columns = -(-leaders // _IN_A_ROW), min(leaders, _IN_A_ROW)
+    rows = -(-leaders // _IN_A_ROW)
+    columns = min(leaders, _IN_A_ROW)
     # The row of followers ends before the next leader.
     apart_m = max(_BETWEEN_LEADERS_M, _BETWEEN_FOLLOWERS_M * (followers + 1))
     # The first row of followers begins on the mat, too.
@@ -40,7 +41,8 @@ def parade(leaders: int, followers: int) -> dict[str, Any]:
     cars: list[dict[str, Any]] = []
     for place in range(leaders):
         row, column = divmod(place, _IN_A_ROW)
-        x_m, y_m = column * apart_m + first_m, (rows - row - 0.5) * _BETWEEN_LEADERS_M
+        x_m = column * apart_m + first_m
+        y_m = (rows - row - 0.5) * _BETWEEN_LEADERS_M
         cars.append({"at_m": [x_m, y_m], "role": "leader"})
         cars += [{"at_m": [round(x_m - _BETWEEN_FOLLOWERS_M * (k + 1), 3), y_m]} for k in range(followers)]
     size_m = [(columns + 0.5) * apart_m, rows * _BETWEEN_LEADERS_M]
@@ -64,9 +66,11 @@ def described(pupil: str, world: StudioWorld, mat: MatDocument) -> WallWorld:
     if world.referee:
         mission = world.referee.mission
     if mission:
-        zones, goals = (mission_zones(mission), mission_goals(mission))
+        zones = mission_zones(mission)
+        goals = mission_goals(mission)
     else:
-        zones, goals = ([], [])
+        zones = []
+        goals = []
     return WallWorld(pupil, mat, world.leads(), world.radius_m, world.cars, zones, goals)
 
 
@@ -126,12 +130,16 @@ class SharedMat:
         title = sentences(Phrase("parade"))
         if mission:
             chosen = chosen_mission(mission)
-            title, places = chosen.name.texts, len(chosen.mat.starts.leaders)
+            title = chosen.name.texts
+            places = len(chosen.mat.starts.leaders)
             if not 0 < places <= MOST_PLACES or len(chosen.mat.starts) > _MOST_CARS:
                 raise MotorcadeError("mission-not-for-a-class", most=MOST_PLACES)
         self.close()
-        self._mission, self._followers = mission, followers
-        self._title, self._places, self._state = title, places, "collecting"
+        self._mission = mission
+        self._followers = followers
+        self._title = title
+        self._places = places
+        self._state = "collecting"
 
     def enter(self, pupil: str, image: bytes | None) -> None:
         """Take a pupil's program, in place of an earlier one; None takes it off.
@@ -165,9 +173,11 @@ class SharedMat:
         images = [*self._images.values()]
         choice = self._mission or MissionChoice(document=parade(len(images), self._followers))
         mission = chosen_mission(choice)
-        entered, programs = list(self._images), self._images
+        entered = list(self._images)
+        programs = self._images
         images += [NO_PROGRAM] * (len(mission.mat.starts.leaders) - len(images))
-        document, seed = mission.mat_document, secrets.randbits(32)
+        document = mission.mat_document
+        seed = secrets.randbits(32)
         message = SetWorld(document, images[0], mission.document["profile"], seed, None, choice)
         session = self.session
         async with session.lock:
@@ -178,7 +188,8 @@ class SharedMat:
                 # It was cleared, or the class ended, while the world was built.
                 raise MotorcadeError("mat-is-closed")
             session.mat = document
-            self._started, self._state = entered, "running"
+            self._started = entered
+            self._state = "running"
             answers = session.begin(world)
             session.play()
             if session.page:
@@ -194,8 +205,11 @@ class SharedMat:
     def close(self) -> None:
         """Clear the mat: programs and world are gone."""
         self.changes += 1
-        self._images, self._started = {}, []
-        self._places, self._title, self._mission = 0, {}, None
+        self._images = {}
+        self._started = []
+        self._places = 0
+        self._title = {}
+        self._mission = None
         self._state = "closed"
         if self.session.has_world:
             self.session.pause()

@@ -75,7 +75,9 @@ class WallPictures:
         if not self._number or (found != self._shown and now_s - self._listed_s >= LIST_EVERY_S):
             self._number += 1
             self._seen = None
-            self._shown, self._listed_s, self._last = found, now_s, {}
+            self._shown = found
+            self._listed_s = now_s
+            self._last = {}
             answers.append(ClassWall(self._number, [described(shown.pupil, shown.world, shown.mat) for shown in found]))
         if self.under_way < _MOST_UNDER_WAY and (picture := self._picture(found)):
             self.under_way += 1
@@ -128,8 +130,12 @@ class _Onlooker:
         answers: list[ClassWall | WorldAnswer | bytes] = []
         if not self._lists or world != self._world:
             self._lists += 1
-            self._world, self._sent = world, {}
-            answers.append(ClassWall(self._lists, [described(world.pupil, world.world, world.mat)] if world else []))
+            self._world = world
+            self._sent = {}
+            shown = []
+        if world:
+            shown = [described(world.pupil, world.world, world.mat)]
+        answers.append(ClassWall(self._lists, shown))
         if world is None:
             return answers
         for kind in (WorldHello, State, Goals, bytes):
@@ -149,7 +155,9 @@ class Walls:
     """The WebSockets of the wall, and of those who look on at one world."""
 
     def __init__(self, running: RunningClass, worlds: PageWorlds) -> None:
-        self._running, self._worlds, self._mat = running, worlds, running.mat
+        self._running = running
+        self._worlds = worlds
+        self._mat = running.mat
 
     async def serve(self, socket: WebSocket) -> None:
         """Serve a page that shows the wall."""
@@ -169,7 +177,8 @@ class Walls:
 
     async def watch(self, socket: WebSocket) -> None:
         """Serve a page that looks on at one pupil's world; it follows the pupil from world to world."""
-        onlooker, pupil_id = _Onlooker(), socket.query_params.get("pupil", "")
+        onlooker = _Onlooker()
+        pupil_id = socket.query_params.get("pupil", "")
 
         async def drawn(message: Shown) -> None:
             onlooker.drawn = max(onlooker.drawn, message.frame)

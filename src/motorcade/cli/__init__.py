@@ -189,7 +189,8 @@ def _engine() -> dict[str, str | None]:
     try:
         from motorcade.engine.world import library_problem, open_backend
 
-        name, problem = open_backend().name, library_problem()
+        name = open_backend().name
+        problem = library_problem()
     except ModuleNotFoundError as missing:
         return {"kernels": None, "problem": str(missing)}
     return {"kernels": name, "problem": problem.sentence(current_language()) if problem else None}

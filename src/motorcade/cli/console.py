@@ -75,11 +75,15 @@ def words_table(words: Sequence[int], profile: Profile) -> Table:
     image = parse_image(tuple(words))
     rows = []
     for number, word in enumerate(words):
-        role, word_format = "follower", CONTROL
+        role = "follower"
+        word_format = CONTROL
         if number == 0:
-            role, word_format, content = "header", HEADER, describe_header(word, profile)
+            role = "header"
+            word_format = HEADER
+            content = describe_header(word, profile)
         elif number <= len(image.leader):
-            role, content = "leader", describe_control(word, profile)
+            role = "leader"
+            content = describe_control(word, profile)
         else:
             content = describe_control(word, profile) + _describe_infrared(word)
         bits = coloured_bits(word, word_format, f"{content}\n")

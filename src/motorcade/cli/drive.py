@@ -96,9 +96,11 @@ def _serve(
     if battery:
         measured = BatteryFile(battery)
     if keys:
-        tls, page_tls = (server_context(keys), https_context(keys))
+        tls = server_context(keys)
+        page_tls = https_context(keys)
     else:
-        tls, page_tls = (None, None)
+        tls = None
+        page_tls = None
     if telemetry_port is not None:
         second = telemetry_port
     else:
@@ -128,10 +130,9 @@ def _serve(
             if page:
                 pictures = pages.open_camera(camera)
         else:
+            image = bytes(4)
             if program:
                 image, chosen = options.image_for(program, profile)
-            else:
-                image, chosen = (bytes(4), chosen)
             car, pictures = _open_simulated(resources, chosen, mat, program, image, measured)
         if arming:
             chosen = replace(chosen, drive=replace(chosen.drive, arming=True))

@@ -125,7 +125,8 @@ class DriveTerminal:
     def _draw(self, client: BlockingDriveClient) -> None:
         terminal = self._terminal
         # A terminal at a serial line has no known size.
-        width, height = terminal.width or _USUAL_SIZE[0], terminal.height or _USUAL_SIZE[1]
+        width = terminal.width or _USUAL_SIZE[0]
+        height = terminal.height or _USUAL_SIZE[1]
         lines = [plain(_text("title", car=self._car)), ""]
         if not client.connected:
             lines.append(plain(_text("away", car=self._car)))

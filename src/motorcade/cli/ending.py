@@ -165,7 +165,8 @@ class _QueuedStream(io.TextIOBase):
                 self._lost += 1
                 continue
             with self._lock:
-                lost, self._lost = self._lost, 0
+                lost = self._lost
+                self._lost = 0
             if lost:
                 print_note(translated("lines-lost", count=lost))
 

@@ -61,7 +61,8 @@ async def load(image: bytes, names: Sequence[str], search: Lookup, baud: int, re
         print_problem(finder.problem)
         if not contacts:
             raise MotorcadeError("no-cars-found")
-        sent_bytes, done = Counter[Contact](), 0
+        sent_bytes = Counter[Contact]()
+        done = 0
         with progress_bar("sent", len(contacts) * len(image)) as show:
 
             def advance(contact: Contact, sent: int) -> None:
@@ -186,7 +187,8 @@ async def print_cars(search: Lookup, as_json: bool) -> None:
 
 async def show_cars(search: Lookup) -> None:
     """Draw the live table until Ctrl-C or q; s stops all cars, g lets them go."""
-    loop, programs = asyncio.get_running_loop(), _program_names()
+    loop = asyncio.get_running_loop()
+    programs = _program_names()
     async with _looking(search) as (cars, finder):
         ended = asyncio.Event()
         actions = {"s": lambda: cars.order(STOP), "g": lambda: cars.order(GO), "q": ended.set}
@@ -228,7 +230,8 @@ def _reading_keys(pressed: Callable[[str], object]) -> Iterator[None]:
 
 
 def _table(rows: Sequence[CarStatus], finder: Finder, programs: dict[str, str]) -> Table:
-    counted = translated("cars-counted", count=sum(not row.away for row in rows), away=sum(row.away for row in rows))
+    away = sum(row.away for row in rows)
+    counted = translated("cars-counted", count=len(rows) - away, away=away)
     others = [f"{place.name} ({place.address})" for place in finder.others.values()]
     lines = [counted]
     if is_shown_on_terminal():

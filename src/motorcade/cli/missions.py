@@ -29,7 +29,8 @@ app = typer.Typer()
 def _missions(as_json: Json = False) -> None:
     from motorcade.missions.document import LITERATURE, missions, shortest_programs
 
-    found, shortest = missions() + missions(LITERATURE), shortest_programs()
+    found = missions() + missions(LITERATURE)
+    shortest = shortest_programs()
     language = current_language()
     data = [
         {
@@ -169,7 +170,8 @@ def _check_folder(mission: "Mission", folder: Path, output: Path | None, as_json
 
     language = current_language()
     base = output or folder / f"{mission.id}{REPORTS[0]}"
-    page, table = base.with_suffix(".html"), base.with_suffix(".csv")
+    page = base.with_suffix(".html")
+    table = base.with_suffix(".csv")
     files = [path for path in files_of(folder) if path not in (page, table)]
     if not files:
         raise MotorcadeError("folder-without-files", folder=folder)

@@ -53,7 +53,8 @@ def current_language() -> str:
 def in_language(language: str) -> Iterator[None]:
     """Make ``language`` the current one while the block runs."""
     global _requested
-    before, _requested = _requested, language
+    before = _requested
+    _requested = language
     try:
         yield
     finally:

@@ -96,7 +96,8 @@ def page_address(
     """
     from motorcade.server.running import names_of, url_of
 
-    names, port = names_of(listener, host), listener.getsockname()[1]
+    names = names_of(listener, host)
+    port = listener.getsockname()[1]
     if not is_loopback(listener):
         token = secrets.token_urlsafe(24)
     url = url_of(names[0], port, token, page, "https" if tls else "http")
@@ -225,7 +226,8 @@ def _site(output: options.Output, as_json: options.Json = False) -> None:
 
     files = site_files()
     write_site(output, files)
-    count, size = len(files), sum(map(len, files.values()))
+    count = len(files)
+    size = sum(map(len, files.values()))
     details = {"files": count, "megabytes": f"{size / 1e6:.1f}"}
     sentence = translated("site-is-written", folder=output, argument=quoted(output), **details)
     print_result({"folder": str(output), "files": count, "bytes": size}, sentence, as_json)
@@ -314,10 +316,13 @@ def _class(
         first_key = None
         if new_password or record.password is None:
             first_key = secrets.token_urlsafe(_FIRST_KEY_BYTES)
-        scheme, tls, authority = "http", None, None
+        scheme = "http"
+        tls = None
+        authority = None
         if https:
             own_keys, authority = class_keys(place / "https", hosts, datetime.now(UTC))
-            scheme, tls = "https", https_context(own_keys)
+            scheme = "https"
+            tls = https_context(own_keys)
         bound = listener.getsockname()[1]
         reaches_others = not is_loopback(listener)
         settings = ClassServerSettings(
@@ -331,13 +336,15 @@ def _class(
             places=tuple(options.listed(car_list)),
             **named,
         )
-        teacher, teacher_line = url_of(own, bound, page="/teacher", scheme=scheme), "class-teacher"
+        teacher = url_of(own, bound, page="/teacher", scheme=scheme)
+        teacher_line = "class-teacher"
         if first_key:
             teacher, teacher_line = f"{teacher}#{first_key}", "class-first-password"
         app = make_class_app(settings, files)
 
         def ready() -> None:
-            addresses, name = settings.network.addresses, settings.network.local_name
+            addresses = settings.network.addresses
+            name = settings.network.local_name
             code = files.load(secrets.randbelow).code
             found = {"addresses": addresses, "local_name": name, "code": code, "teacher": teacher, "folder": str(place)}
             lines = [translated("class-is-ready", addresses="  ".join(addresses), code=code, folder=place)]

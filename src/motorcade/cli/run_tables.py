@@ -29,11 +29,13 @@ def cars_table(run: Run) -> Table:
     """Make a table of what each car of a run did, or all cars together where the run was not recorded in memory."""
     if run.recording is None:
         return _crowd_table(run)
-    world, events = run.world, run.events
+    world = run.world
+    events = run.events
     counts = {
         name: np.bincount(events["car"][events["kind"] == k], minlength=world.cars) for k, name in enumerate(KINDS)
     }
-    end, leader = world.snapshot(), translated("role-leader")
+    end = world.snapshot()
+    leader = translated("role-leader")
     rows = []
     for car, leads in enumerate(world.mat.starts.leads.tolist()):
         name = str(car)
@@ -88,7 +90,9 @@ def slots_table(run: Run) -> Table:
 
 
 def _event_as_dict(event: dict[str, Any]) -> dict[str, object]:
-    kind, why, other = event["kind"], event.pop("why"), event.pop("other")
+    kind = event["kind"]
+    why = event.pop("why")
+    other = event.pop("other")
     if kind == "state":
         event["index"] = other
     if kind in ("heard", "lost"):

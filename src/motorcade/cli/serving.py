@@ -50,7 +50,8 @@ async def serve(
         as_json: prints JSON when the car takes commands.
     """
     control = clients.control
-    ended, loop = asyncio.Event(), asyncio.get_running_loop()
+    ended = asyncio.Event()
+    loop = asyncio.get_running_loop()
     ending.then(lambda: loop.call_soon_threadsafe(ended.set))
     async with AsyncExitStack() as resources:
         await resources.enter_async_context(watched(control))
@@ -88,10 +89,12 @@ def _print_addresses(
 @contextmanager
 def _logging(telemetry: "Callable[[], Telemetry]", notes: deque[Note]) -> Iterator[None]:
     """Print driver and state whenever they change, and notes, until the block ends."""
-    over, before = threading.Event(), _visible(telemetry())
+    over = threading.Event()
+    before = _visible(telemetry())
 
     def log_changes() -> None:
-        is_over, last = False, before
+        is_over = False
+        last = before
         while not is_over:
             is_over = over.wait(_PERIOD_S)
             while notes:

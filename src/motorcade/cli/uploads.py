@@ -38,7 +38,8 @@ cars_app = typer.Typer()
 def _ports(as_json: options.Json = False) -> None:
     from motorcade.upload.serial_port import BARE, ports
 
-    found, names = ports(), ("device", "description", "hardware", "board")
+    found = ports()
+    names = ("device", "description", "hardware", "board")
     lines = []
     if all(port.rank == BARE for port in found):
         lines = [translated("no-car-plugged-in")]
@@ -75,9 +76,11 @@ def _upload(
         return
     if resume or car_list or keys:
         raise MotorcadeError("options-need-to")
-    baud, port = chosen.serial.baud, port or _only_port()
+    baud = chosen.serial.baud
+    port = port or _only_port()
     if dry_run:
-        size, checksum = len(image), f"{crc32(image):08x}"
+        size = len(image)
+        checksum = f"{crc32(image):08x}"
         plan = {"port": port, "bytes": size, "words": size // 4, "crc32": checksum, "baud": baud}
         print_result({**plan, "sent": False}, translated("upload-planned", **plan), as_json)
         return
@@ -296,7 +299,10 @@ def _wifi_settings(
             numbers = frozenset()
         today = datetime.now(UTC)
         date = [today.year, today.month, today.day, today.weekday(), 0, 0, 0, 0]
-        settings["keys"] = chip_keys(keys, numbers) | {"date": date} | ({"key": ""} if dry_run else {})
+        secrets = chip_keys(keys, numbers) | {"date": date}
+        if dry_run:
+            secrets["key"] = ""
+        settings["keys"] = secrets
     prompt = translated("wifi-password", name=name)
     if dry_run:
         password = ""

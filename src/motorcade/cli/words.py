@@ -101,7 +101,8 @@ def _compile(
     try:
         compiled, profile = compile_project(read_bytes(project), project)
     except ProgramError as problem:
-        compiled, profile = Compiled((), 0, 0, 0, False, problem.diagnostics, ()), None
+        compiled = Compiled((), 0, 0, 0, False, problem.diagnostics, ())
+        profile = None
     failed = has_errors(compiled.diagnostics)
     if output and not failed:
         options.write_file(output, compiled.image, project)

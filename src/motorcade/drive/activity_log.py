@@ -102,7 +102,8 @@ class ActivityLog:
                 break
             self._write(record)
             with self._lock:
-                lost, self._lost = self._lost, 0
+                lost = self._lost
+                self._lost = 0
             if lost:
                 self._write({"at": record["at"], "did": "lost", "records": lost})
         if self._file:

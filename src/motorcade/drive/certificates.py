@@ -135,7 +135,8 @@ def list_keys(folder: Path) -> list[IssuedKeys]:
         if ExtendedKeyUsageOID.CLIENT_AUTH in purposes:
             role = DRIVER
         (name,) = certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
-        number, until = certificate.serial_number, certificate.not_valid_after_utc
+        number = certificate.serial_number
+        until = certificate.not_valid_after_utc
         keys.append(IssuedKeys(role, str(name.value), number, until, number in revoked))
     return keys
 
@@ -242,22 +243,24 @@ def _certified(
     key = ec.generate_private_key(ec.SECP256R1())
     subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
     if authority:
-        issuer, issuer_key = (authority.certificate.subject, authority.key)
-    else:
-        issuer, issuer_key = (subject, key)
-    use = "key_cert_sign"
-    if authority:
+        issuer = authority.certificate.subject
+        issuer_key = authority.key
         use = "digital_signature"
-    critical = (
-        x509.BasicConstraints(ca=not authority, path_length=None if authority else 0),
-        x509.KeyUsage(**{purpose: purpose == use for purpose in _USES}),
-    )
+        constraints = x509.BasicConstraints(ca=False, path_length=None)
+    else:
+        issuer = subject
+        issuer_key = key
+        use = "key_cert_sign"
+        constraints = x509.BasicConstraints(ca=True, path_length=0)
+    critical = (constraints, x509.KeyUsage(**{usage: usage == use for usage in _USES}))
     others = (
         x509.SubjectKeyIdentifier.from_public_key(key.public_key()),
         x509.AuthorityKeyIdentifier.from_issuer_public_key(issuer_key.public_key()),
         *purpose,
     )
-    serial, begin, end = x509.random_serial_number(), now - BACKDATED, now + lasts
+    serial = x509.random_serial_number()
+    begin = now - BACKDATED
+    end = now + lasts
     builder = x509.CertificateBuilder(issuer, subject, key.public_key(), serial, begin, end)
     for extension in (*critical, *others):
         builder = builder.add_extension(extension, critical=extension in critical)

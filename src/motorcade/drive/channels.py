@@ -245,7 +245,8 @@ class CommandChannel(Channel, asyncio.BufferedProtocol):
         """Obey the newest command of each code."""
         self._is_believed = True
         self._rest = self._rest[len(words) * self._word.size :]
-        before, self._received = self._received, self._received + len(words)
+        before = self._received
+        self._received = self._received + len(words)
         newest = newest_of_each_code(words)
         self.own.counts["superseded"] += len(words) - len(newest)
         for index in newest:
@@ -361,7 +362,8 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         """Answer that the connection was found, or not in time, and then the requests that have waited for it."""
         self._is_joining = False
         self._send({"kind": "answer", "do": "join"} | answer)
-        held, self._held = self._held, []
+        held = self._held
+        self._held = []
         for request in held:
             self._answer(request)
 
@@ -414,7 +416,8 @@ class TelemetryChannel(Channel, asyncio.Protocol):
             return {}
         if request.do == "join":
             self._port_named = request.port
-            self._periods, self._is_joining = 0, True
+            self._periods = 0
+            self._is_joining = True
             self._found(by_port=True)
             return None
         self._take_place()

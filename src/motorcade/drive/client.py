@@ -90,9 +90,8 @@ class DriveClient:
         if keys and telemetry_at is None:
             raise MotorcadeError("keys-need-telemetry")
         self._address = Address(host, port, telemetry_at, keys, (car or host) if keys else None)
-        if patience_s is None:
-            self._patience_s = PATIENCE_S
-        else:
+        self._patience_s = PATIENCE_S
+        if patience_s is not None:
             self._patience_s = patience_s
         self._switch = DeadmanSwitch(round(fresh_s * 1000), rearm)
         self.telemetry: Telemetry | None = None
@@ -243,7 +242,8 @@ class DriveClient:
             self._has_telemetry = False
             try:
                 async with connected(self._address, takes_keys=self._was_reached) as connection:
-                    self._connection, self._has_answered = connection, False
+                    self._connection = connection
+                    self._has_answered = False
                     self._begun_s = self._received_s = _now_s()
                     self._switch.lose()
                     self._changed.set()
@@ -253,7 +253,8 @@ class DriveClient:
             was_proven = self._is_proven
             self._was_reached |= was_proven or self._has_telemetry
             if was_proven:
-                self._away_since_s, pause_s = _now_s(), _FIRST_PAUSE_S
+                self._away_since_s = _now_s()
+                pause_s = _FIRST_PAUSE_S
             self._connection = self.telemetry = None
             self._changed.set()
             # Random, so that the drivers of a car that is switched on again don't all connect at once.
@@ -291,7 +292,8 @@ class DriveClient:
 
     async def _receive(self, connection: Connection) -> None:
         async for frame in connection.telemetry():
-            self._received_s, self._has_telemetry = _now_s(), True
+            self._received_s = _now_s()
+            self._has_telemetry = True
             self.telemetry = read_telemetry(frame)
             self._note_self(frame.get("you") or {}, connection)
             if self.telemetry.state in ("failsafe", "disarmed"):

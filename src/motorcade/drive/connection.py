@@ -136,7 +136,9 @@ class Connection:
         """
         if self._telemetry is None:
             return
-        received, since_s, count = bytearray(), 0.0, 0
+        received = bytearray()
+        since_s = 0.0
+        count = 0
         data = self._greeting
         while data:
             received += data
@@ -144,7 +146,8 @@ class Connection:
             await asyncio.sleep(0)
             now_s = asyncio.get_running_loop().time()
             if now_s - since_s >= 1.0:
-                since_s, count = now_s, 0
+                since_s = now_s
+                count = 0
             for text in take_frames(received, MOST_FRAME_BYTES):
                 count += 1
                 if count > _MOST_FRAMES_A_SECOND:
@@ -162,7 +165,8 @@ class Connection:
 
     async def ended(self) -> None:
         """Wait until the car hangs up the connection for commands. Raises EOFError then, or OSError."""
-        reader, left_bytes = self._commands[0], _MOST_BESIDE_COMMANDS
+        reader = self._commands[0]
+        left_bytes = _MOST_BESIDE_COMMANDS
         while left_bytes > 0 and (data := await reader.read(_CHUNK_BYTES)):
             left_bytes -= len(data)
         raise EOFError("the connection ended")
@@ -176,7 +180,8 @@ async def connected(address: Address, takes_keys: bool = False) -> AsyncIterator
     """
     streams: list[_Stream] = []
     try:
-        telemetry, greeting = None, b""
+        telemetry = None
+        greeting = b""
         if address.telemetry_port is not None:
             telemetry = await _open_telemetry(address)
             streams.append(telemetry)

@@ -100,7 +100,8 @@ class DeadmanSwitch:
 
         A switch that was held and isn't named is switched off.
         """
-        self._axes, self._commanded_ms = (throttle, steering), now_ms
+        self._axes = (throttle, steering)
+        self._commanded_ms = now_ms
         self._lift(now_ms)
         self._switches |= {name: (value, now_ms) for name, value in (switches or {}).items()}
         self._take(SPEED if throttle else STILL)
@@ -161,4 +162,5 @@ class DeadmanSwitch:
     def _take(self, event: int) -> None:
         following = _NEXT.get((self._state, event))
         if following is not None:
-            self._state, self._since_ms = following, None
+            self._state = following
+            self._since_ms = None

@@ -130,7 +130,8 @@ def _load(context: ssl.SSLContext, keys: Path, role: str) -> None:
     if role == CAR:
         other = DRIVER
     if _text(keys).startswith(title(other, "")):
-        found, needed = Phrase(f"role-{other}"), Phrase(f"role-{role}")
+        found = Phrase(f"role-{other}")
+        needed = Phrase(f"role-{role}")
         raise MotorcadeError("keys-of-wrong-role", file=keys, found=found, role=needed, prefix=role)
     context.minimum_version = ssl.TLSVersion.TLSv1_3
     try:
@@ -194,7 +195,8 @@ def read_revoked(file: Path) -> frozenset[int]:
 
     Raises MotorcadeError where the file can't be read, has another line, or isn't whole.
     """
-    unreadable, numbers = "revoked-keys-unreadable", set()
+    unreadable = "revoked-keys-unreadable"
+    numbers = set()
     content = _text(file, unreadable, unreadable)
     for at, line in enumerate(content.splitlines(), 1):
         if text := line.partition("#")[0].strip():
@@ -250,9 +252,11 @@ class RevokedKeys:
 
     def _read(self) -> bool:
         # The file may change while it is read: then it is read once more.
-        before, self._stamp = (self._numbers, str(self.problem)), self._now()
+        before = (self._numbers, str(self.problem))
+        self._stamp = self._now()
         try:
-            self._numbers, self.problem = read_revoked(self._file), None
+            self._numbers = read_revoked(self._file)
+            self.problem = None
             self._was_read = True
         except MotorcadeError as problem:
             self.problem = problem

@@ -312,7 +312,8 @@ class Listener:
 
     def _make_room(self, address: str) -> bool:
         """End a connection where there is no place. False where all have sessions, and none has to give way."""
-        places, network = self._places, network_of(address)
+        places = self._places
+        network = network_of(address)
         alike = [slot for slot in self._slots if slot.network == network and not slot.protocol.holder]
         wants_keys = self._tls is not None and self._tls.verify_mode == ssl.CERT_REQUIRED
         if wants_keys:

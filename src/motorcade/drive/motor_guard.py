@@ -65,7 +65,8 @@ class MotorGuard:
         )
         assert self._process.stdin
         assert self._process.stdout
-        self._reports, self._answers = self._process.stdin, self._process.stdout
+        self._reports = self._process.stdin
+        self._answers = self._process.stdout
         if os.name == "posix":
             # A guard that hangs counts as gone, and mustn't block this process.
             os.set_blocking(self._reports.fileno(), False)
@@ -86,7 +87,8 @@ class MotorGuard:
             moves: whether the wheels may turn.
             rest_ms: for how much longer the command counts that moves them; None where none does.
         """
-        now_s, asked_s = time.monotonic(), self._asked_s
+        now_s = time.monotonic()
+        asked_s = self._asked_s
         if asked_s is None:
             self._asked_s = now_s
         elif now_s - asked_s > self._answer_s:
@@ -179,7 +181,8 @@ def _rescue(rescue: Callable[..., None], arguments: Sequence[str]) -> Exception 
 
     Returns why it never did. Prints nothing, since whoever reads may be stuck.
     """
-    pause, last = threading.Event(), None
+    pause = threading.Event()
+    last = None
     for _ in range(_TRIES):
         try:
             rescue(*arguments)

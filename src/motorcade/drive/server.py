@@ -42,7 +42,8 @@ async def _send_telemetry(clients: Clients) -> None:
 
 async def _check_revoked(clients: Clients) -> None:
     """Look for newly revoked keys twice a second, until cancelled; a list that can't be read is a fault."""
-    revoked, has_changed = clients.revoked, True
+    revoked = clients.revoked
+    has_changed = True
     while revoked:
         if has_changed and revoked.problem:
             clients.control.fail(revoked.problem, stops=False)
@@ -137,7 +138,8 @@ class Watchdog:
 
     def _rest_ms(self) -> int | None:
         """For how much longer the command counts that moves the wheels; None where none does."""
-        arbiter, limits = self._control.arbiter, self._control.limits
+        arbiter = self._control.arbiter
+        limits = self._control.limits
         if arbiter.state != MOVING:
             return None
         return limits.failsafe_ms + 1 - elapsed_ms(self._control.clock(), arbiter.commanded_ms)

@@ -94,7 +94,8 @@ class CarControl:
                 return
             if loser := self._who_gives_way(session):
                 self._end(loser)
-            session.commanded_ms, session.has_place = self.clock(), True
+            session.commanded_ms = self.clock()
+            session.has_place = True
             self._sessions[session.number] = session
         if loser:
             loser.replaced()
@@ -106,7 +107,8 @@ class CarControl:
         one of the client that has the most, but not the driver's, if that client has two more than the newcomer. A
         session that only watches replaces none for its silence, and while nobody drives one place is kept for a driver.
         """
-        sessions, driver = list(self._sessions.values()), self.arbiter.driver
+        sessions = list(self._sessions.values())
+        driver = self.arbiter.driver
         if len(sessions) + (newcomer.watches and not driver) < MOST_SESSIONS:
             return None
         longest = max(sessions, key=lambda session: session.silent_ms)
@@ -173,7 +175,8 @@ class CarControl:
     def telemetry(self) -> Telemetry:
         """What the car does now."""
         with self._lock:
-            now, arbiter = self.clock(), self.arbiter
+            now = self.clock()
+            arbiter = self.arbiter
             self.wheels.read_battery(now)
             driver, wanted_by = (self._sessions.get(number) for number in (arbiter.driver, arbiter.wanted_by))
             return Telemetry(
@@ -219,9 +222,8 @@ class CarControl:
         try:
             now = self.clock()
             rest_ms = self.arbiter.tick(now)
-            if self._beat_ms is None:
-                late_ms = 0
-            else:
+            late_ms = 0
+            if self._beat_ms is not None:
                 late_ms = elapsed_ms(now, self._beat_ms)
             if late_ms >= self.limits.watchdog_ms:
                 self._stalls += not self._is_stuck
@@ -304,8 +306,11 @@ class ControlSession:
         left: Callable[[], None] = lambda: None,
     ) -> None:
         self.number = next(control.numbers)
-        self.name, self.client, self.watches = name, client, watches
-        self.replaced, self._left = replaced, left
+        self.name = name
+        self.client = client
+        self.watches = watches
+        self.replaced = replaced
+        self._left = left
         self.rate = RateLimit(max(1, control.limits.commands_per_s * _RATE_WINDOW_MS // 1000), _RATE_WINDOW_MS)
         self.counts = dict.fromkeys(COUNTS, 0)
         self.last_refusal = ""

@@ -131,7 +131,8 @@ class Freshness:
         needs_rest = self._fresh_ms is not None and not stands
         if needs_rest or elapsed_ms(self._ticks, answer.clock_ms) > _SILENCE_MS or later_ms > self._stale_ms:
             return False
-        self._smallest, self._smallest_before = answer.difference_ms + min(later_ms, 0), None
+        self._smallest = answer.difference_ms + min(later_ms, 0)
+        self._smallest_before = None
         return True
 
     def _fits_last_minute(self, difference_ms: int) -> bool:
@@ -139,14 +140,9 @@ class Freshness:
         later_ms = 0
         if known:
             later_ms = _later_ms(difference_ms, min(known))
-        if known:
             difference_ms = min(known) + later_ms
-        else:
-            difference_ms = difference_ms
-        if self._smallest is None:
+        if self._smallest is None or difference_ms < self._smallest:
             self._smallest = difference_ms
-        else:
-            self._smallest = min(self._smallest, difference_ms)
         return later_ms <= self._stale_ms
 
     def _advance(self, now: int) -> None:
@@ -155,7 +151,8 @@ class Freshness:
         self._ticks = now
         if self._now_ms >= self._until_ms:
             is_next = self._now_ms < self._until_ms + _HALF_MINUTE_MS
-            self._smallest_before, self._smallest = self._smallest if is_next else None, None
+            self._smallest_before = self._smallest if is_next else None
+            self._smallest = None
             self._until_ms = self._now_ms + _HALF_MINUTE_MS
 
 

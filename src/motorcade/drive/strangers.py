@@ -95,7 +95,8 @@ class Refusals:
 
     def tell(self, client: str, name: str, why: Phrase) -> None:
         """Say why ``client``, an address or a name in a certificate, is refused; ``name`` is what others are shown."""
-        kind, now = (network_of(client), why.key), self._clock()
+        kind = (network_of(client), why.key)
+        now = self._clock()
         before = self._known.pop(kind, None)
         self._known[kind] = now
         if len(self._known) > _MOST_KNOWN:

@@ -136,9 +136,8 @@ class Contact:
     def status(self) -> CarStatus:
         """What is known of the car."""
         fields = self._fields
-        if self._heard_s is None:
-            silent_s = None
-        else:
+        silent_s = None
+        if self._heard_s is not None:
             silent_s = round(monotonic() - self._heard_s, 1)
         texts = {key: safe_name(fields.get(key, "")) for key in ("role", "board", "version", "state")}
         return CarStatus(
@@ -248,9 +247,11 @@ class Contact:
         """Send heartbeats until the connection ends or the car misses three; then raise MotorcadeError."""
         if not self.place.host:
             await link.settle()
-        self._link, missed = link, 0
+        self._link = link
+        missed = 0
         while not (link.is_strange or link.ended.done()) and missed < MISSES:
-            heard_s, is_asked = self._heard_s, not self._loads
+            heard_s = self._heard_s
+            is_asked = not self._loads
             if is_asked:
                 self._send(link, self.wanted or ASK)
             await asyncio.wait([link.ended], timeout=BEAT_S)
@@ -285,7 +286,8 @@ class Contact:
             # It is a car, but one that doesn't know the request.
             self._problem = answer
         else:
-            self._fields, self._problem = answer, None
+            self._fields = answer
+            self._problem = None
         self._heard_s = monotonic()
         self.is_known.set()
         self._answers.set()
@@ -334,7 +336,8 @@ class DriveContact(Contact):
             await self._attempt_at(port)
 
     async def _attempt_at(self, port: int) -> None:
-        place, begin_s = self.place, monotonic()
+        place = self.place
+        begin_s = monotonic()
         client = self._client = DriveClient(
             place.host, place.port, telemetry_port=port, keys=self._tls, car=place.name if self._tls else None
         )
@@ -349,11 +352,12 @@ class DriveContact(Contact):
                     self.answered()
                 if client.telemetry and (kind := self.wanted):
                     with suppress(MotorcadeError):
-                        await (client.stop() if kind == STOP else client.clear())
+                        if kind == STOP:
+                            await client.stop()
+                        else:
+                            await client.clear()
                         if self.wanted == kind:
                             self.wanted = ""
-                        else:
-                            self.wanted = self.wanted
                 if place.found and client.problem and not self.has_answered:
                     return
                 await asyncio.sleep(_ORDER_S)

@@ -73,7 +73,8 @@ class Found:
 
     async def attempt(self) -> None:
         """Ask once in each way, until it answers one and while it does; first as what it answered, or was announced."""
-        shown, changed = self.shown(), asyncio.Event()
+        shown = self.shown()
+        changed = asyncio.Event()
         ways = sorted(self.ways, key=lambda way: way not in shown)
         if self.has_answered and self.tries < _TRIES_ALIKE:
             ways = shown

@@ -82,10 +82,13 @@ class Link(asyncio.BufferedProtocol):
     async def upload(self, image: bytes, sent: Callable[[int], None]) -> Transfer:
         """Upload an image. Returns the transfer: its outcome, or None where the connection ended, and what it holds."""
         transfer = UploadTransfer(image, self._baud, True, secrets.randbelow(256), sent)
-        self._uploaded, self._upload_lines, self._upload_bytes = [], 0, 0
+        self._uploaded = []
+        self._upload_lines = 0
+        self._upload_bytes = 0
         try:
             while True:
-                data, self._uploaded = b"".join(self._uploaded), []
+                data = b"".join(self._uploaded)
+                self._uploaded = []
                 self._write(transfer.step(data, monotonic_ms()))
                 if transfer.outcome is not None or self.ended.done():
                     return transfer
@@ -180,7 +183,8 @@ class Link(asyncio.BufferedProtocol):
             return
         if line.startswith(b"ERR ") and self._answers:
             # A car that doesn't know the request can't say which one it refuses: the first.
-            answered, result = next(iter(self._answers)), _refusal(printable(line[4:]))
+            answered = next(iter(self._answers))
+            result = _refusal(printable(line[4:]))
         answer = self._answers.pop(answered, None)
         if answer is None or result is None:
             self._strange_lines += 1

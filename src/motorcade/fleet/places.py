@@ -71,14 +71,11 @@ def network_place(host: str, port: int, name: str = "", kind: str = CAR, telemet
 
     Raises MotorcadeError where there is no next port.
     """
-    shown = host
+    address = f"{host}:{port}"
     if ":" in host:
-        shown = f"[{host}]"
+        address = f"[{host}]:{port}"
     if kind == DRIVE:
-        address = f"drive://{shown}:{port}"
-    else:
-        address = f"{shown}:{port}"
-    if kind == DRIVE:
+        address = f"drive://{address}"
         telemetry_port = telemetry_port or port_behind(port)
     return Place(address, name, kind, host, port, telemetry_port)
 

@@ -181,7 +181,8 @@ class RemoteControl:
 
     def __init__(self, cars: "RemoteCars", car: RemoteCar, page: str) -> None:
         self.page = page
-        self._cars, self._car = cars, car
+        self._cars = cars
+        self._car = car
         self.client: DriveClient | None = cars.begin(car)
         self._used_s = _now_s()
         self._stop_pending = False

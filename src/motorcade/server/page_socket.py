@@ -7,13 +7,12 @@ from contextlib import asynccontextmanager, suppress
 from functools import partial
 from typing import Any, TypeVar
 
-import msgspec
 from anyio import create_task_group
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from motorcade.errors import MotorcadeError
 from motorcade.server.request_filter import RATE_WINDOW_S, ServerSettings
-from motorcade.service.messages import decode
+from motorcade.service.messages import decode, encoded
 from motorcade.service.world_session import refused
 from motorcade.timing import RateLimit, to_ticks
 
@@ -60,12 +59,12 @@ class PageSocket:
         """Send an answer. Where 64 wait the oldest gives way, but no bytes: pages acknowledge them, so they are few."""
         kind = type(answer)
         if kind in self._newest:
-            self._waiting = deque(answer_waiting for answer_waiting in self._waiting if answer_waiting[0] is not kind)
-        self._waiting.append((kind, answer if isinstance(answer, bytes) else msgspec.json.encode(answer).decode()))
-        if len(self._waiting) > _MOST_WAITING and (
-            texts := [answer_waiting for answer_waiting in self._waiting if answer_waiting[0] is not bytes]
-        ):
-            self._waiting.remove(texts[0])
+            self._waiting = deque(waiting for waiting in self._waiting if waiting[0] is not kind)
+        self._waiting.append((kind, encoded(answer)))
+        if len(self._waiting) > _MOST_WAITING:
+            oldest_text = next((waiting for waiting in self._waiting if waiting[0] is not bytes), None)
+            if oldest_text:
+                self._waiting.remove(oldest_text)
         self._changed.set()
 
     def refuse(self, problem: MotorcadeError, closing: bool = False) -> None:

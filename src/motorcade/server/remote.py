@@ -78,7 +78,8 @@ class PageSession:
                 self._page.refuse(refusal)
             await self._page.serve(RemoteMessage, self._handle, (self._steer, self._send_telemetry))
         finally:
-            controls, self._controls = self._controls, {}
+            controls = self._controls
+            self._controls = {}
             with ExitStack() as ending:
                 for request in self._requests:
                     ending.callback(request.cancel)
@@ -176,7 +177,8 @@ class PageSession:
         while True:
             await self._moved.wait()
             self._moved.clear()
-            stick, self._stick = self._stick, None
+            stick = self._stick
+            self._stick = None
             if stick is None:
                 continue
             for name in stick.cars:

@@ -123,7 +123,8 @@ class RequestFilter:
         holder, stays = self._holder(asker)
         connection = scope.get("state", {}).get(STATE_KEY)
         if connection:
-            connection.holder, connection.stays = holder, stays
+            connection.holder = holder
+            connection.stays = stays
         try:
             self._check(scope, holder)
             shown = self._shown_token(scope)
@@ -183,8 +184,6 @@ class RequestFilter:
                 now_s = self._settings.clock()
                 if out_since_s is None:
                     out_since_s = now_s
-                else:
-                    out_since_s = out_since_s
                 if now_s - out_since_s >= _LAST_WORDS_S:
                     await end()
             if is_over:
@@ -280,7 +279,8 @@ class RequestFilter:
     def _store_token(self, scope: Scope) -> Response:
         """Store the token in a cookie, and redirect to the address without it."""
         response = RedirectResponse(scope["path"], 303)
-        token, secure = self._settings.token or "", scope["scheme"] == "https"
+        token = self._settings.token or ""
+        secure = scope["scheme"] == "https"
         response.set_cookie(self._cookie, token, max_age=_WEEK_S, httponly=True, samesite="strict", secure=secure)
         return response
 

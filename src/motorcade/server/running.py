@@ -194,7 +194,8 @@ class PageConnection(asyncio.Protocol):
         self._awaits_body = self._is_closing = False
         # Bytes that have come, and that were written.
         self._came = self._written = 0
-        self.holder, self.stays = "", False
+        self.holder = ""
+        self.stays = False
 
     # What the listener asks for.
 

@@ -33,7 +33,8 @@ class Breakpoints:
     """
 
     def __init__(self, world: StudioWorld, conditions: Sequence[StopCondition] = ()) -> None:
-        self._world, self.conditions = world, conditions
+        self._world = world
+        self.conditions = conditions
         self._stopped: Stopped | None = None
         # What held at the last look, of each condition; None: nothing was seen yet.
         self._held: list[set[_Key] | None] = [None] * len(conditions)
@@ -43,7 +44,8 @@ class Breakpoints:
 
     def take(self) -> list[Stopped]:
         """Return the stop that was not told yet, if there is one."""
-        stopped, self._stopped = self._stopped, None
+        stopped = self._stopped
+        self._stopped = None
         if stopped:
             return [stopped]
         return []
@@ -88,7 +90,8 @@ class Breakpoints:
                 cars = []
         match condition.kind:
             case "touch" if world.simulation.totals()["touching_ms"] > self._touching_ms:
-                x_m, y_m = self._now()["x_m"], self._now()["y_m"]
+                x_m = self._now()["x_m"]
+                y_m = self._now()["y_m"]
                 for car, thing in touched(world.simulation.mat, cars, x_m, y_m, world.radius_m):
                     if condition.thing in ("", thing.kind) and condition.number in (None, thing.number):
                         other = _NOBODY

@@ -150,7 +150,9 @@ class Comparison:
     """
 
     def __init__(self, message: Compare, most_cars: int, open_worlds: OpenWorlds) -> None:
-        self._most_cars, self._open_worlds, self._messages = most_cars, open_worlds, (message.one, message.other)
+        self._most_cars = most_cars
+        self._open_worlds = open_worlds
+        self._messages = (message.one, message.other)
         worlds = self._new_worlds()
         if worlds[0].cars != worlds[1].cars or worlds[0].tick_ms != worlds[1].tick_ms:
             raise MotorcadeError("runs-differ-in-cars")
@@ -262,7 +264,8 @@ class Comparison:
         if missed is None:
             cause = self._cause_of_another(car)
         else:
-            here, there = begun[missed], begun[1 - missed]
+            here = begun[missed]
+            there = begun[1 - missed]
             words[missed], t_ms = None, there[number][0]
             if number < len(here) and here[number][1] == there[number][1]:
                 late_ms = here[number][0] - t_ms
@@ -319,10 +322,12 @@ class Comparison:
         """The nearest car that sent at the same time as the one whose frame was lost."""
         frame_ms = air_us(lost.word, self._runs[run].world.simulation.profile.infrared.unit_us) / 1000
         columns = unpack_moment(self._runs[run].history.moment_at(lost.t_ms)[1], self._cars)
-        x_m, y_m = columns["x_m"], columns["y_m"]
+        x_m = columns["x_m"]
+        y_m = columns["y_m"]
         sent = [event.car for event in near if event.kind == FRAME and 0 <= lost.t_ms - event.t_ms <= 2 * frame_ms]
         others = (car for car in sent if car not in (lost.other, lost.car))
-        away = {car: math.dist((x_m[car], y_m[car]), (x_m[lost.car], y_m[lost.car])) for car in others}
+        here = (x_m[lost.car], y_m[lost.car])
+        away = {car: math.dist((x_m[car], y_m[car]), here) for car in others}
         return min(away, key=lambda car: (away[car], car), default=None)
 
     def _around(self, run: int, t_ms: int) -> Iterator[Event]:

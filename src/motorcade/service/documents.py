@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from importlib import resources
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 
@@ -84,12 +84,19 @@ def open_file(text: str) -> Project:
     raise MotorcadeError(_NO_PROJECTS.get(kind, "not-a-project"))
 
 
+def text_format(text: str) -> Literal["JSON", "TOML"]:
+    """Return the format of a file's text."""
+    if text.lstrip("\ufeff \t\r\n").startswith("{"):
+        return "JSON"
+    return "TOML"
+
+
 def open_mat(text: str, name: str) -> MatDocument:
     """Return the mat in a file that a user chose: TOML or JSON, its own or a project's; errors call the file ``name``.
 
     Raises MotorcadeError.
     """
-    document: MatDocument = document_in(text, name, "JSON" if text.lstrip().startswith("{") else "TOML")
+    document: MatDocument = document_in(text, name, text_format(text))
     mat_of(document, Phrase("mat-named", name=name))
     return document
 

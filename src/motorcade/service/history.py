@@ -123,7 +123,8 @@ class History:
         # A page asks for the last moments with each picture: batches that are over before them are not looked at.
         for at in range(bisect_right(self._until, after_ms), len(self._events)):
             batch = self._events[at]
-            first, last = _row_after(batch, after_ms), _row_after(batch, until_ms)
+            first = _row_after(batch, after_ms)
+            last = _row_after(batch, until_ms)
             found.append(batch[first * EVENT_BYTES : last * EVENT_BYTES])
             if last * EVENT_BYTES < len(batch):
                 break
@@ -175,7 +176,8 @@ def table_texts(batches: Iterable[bytes]) -> Iterator[str]:
 
 def _row_text(event: Event) -> str:
     t_ms, car, kind, why, word, other = event
-    name, tag = KINDS[kind], 0
+    name = KINDS[kind]
+    tag = 0
     if name == "start":
         tag = other
     elif name in ("frame", "heard") and tag_of(word):

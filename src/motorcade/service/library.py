@@ -62,7 +62,8 @@ DEFAULT_LIMITS = Limits()
 def checked_name(name: str) -> str:
     """Return a project's name in Unicode's form NFC, without spaces around it. Raises MotorcadeError."""
     name = unicodedata.normalize("NFC", name).strip()
-    if not 0 < len(name) <= LONGEST_NAME or name in (".", "..") or not all(map(_may_be_in_a_name, name)):
+    is_allowed = 0 < len(name) <= LONGEST_NAME and name not in (".", "..")
+    if not is_allowed or not all(map(_may_be_in_a_name, name)):
         raise MotorcadeError("bad-project-name", most=LONGEST_NAME)
     return name
 
@@ -86,13 +87,22 @@ def checked_user_name(text: str) -> str:
     Raises MotorcadeError for anything but at most 24 letters, marks, digits, spaces and ``.-_'``, where it begins with
     none of letters and digits, has four marks in a row, or a letter that shows nothing.
     """
-    name = " ".join(unicodedata.normalize("NFC", text[: 4 * MOST_OF_A_NAME]).split(" ")).strip()
-    kinds = "".join(unicodedata.category(letter)[0] for letter in name)
-    allowed = all(kind in "LMN" or letter in " .-_'" for letter, kind in zip(name, kinds, strict=True))
-    allowed = allowed and "M" * (_MOST_MARKS + 1) not in kinds and not any(ord(letter) in _INVISIBLE for letter in name)
-    if name and not (allowed and name[0].isalnum() and len(name) <= MOST_OF_A_NAME and len(text) <= 4 * MOST_OF_A_NAME):
+    normal = unicodedata.normalize("NFC", text[: 4 * MOST_OF_A_NAME])
+    name = " ".join(normal.split(" ")).strip()
+    if name and not (_may_be_a_user_name(name) and len(text) <= 4 * MOST_OF_A_NAME):
         raise MotorcadeError("bad-user-name", most=MOST_OF_A_NAME)
     return name
+
+
+def _may_be_a_user_name(name: str) -> bool:
+    if len(name) > MOST_OF_A_NAME or not name[0].isalnum():
+        return False
+    if any(ord(letter) in _INVISIBLE for letter in name):
+        return False
+    kinds = "".join(unicodedata.category(letter)[0] for letter in name)
+    if "M" * (_MOST_MARKS + 1) in kinds:
+        return False
+    return all(kind in "LMN" or letter in " .-_'" for letter, kind in zip(name, kinds, strict=True))
 
 
 def check_base(name: str, base: int | None, newest: int) -> None:
@@ -327,7 +337,8 @@ def _is_file(text: str, file_format: str) -> bool:
 def _add(storage: Storage, owner: str, name: str, versions: list[_Version]) -> ImportedProject:
     """Store the versions under the first name like ``name`` that is free; nothing where they are there already."""
     texts = {version.text.encode() for version in versions}
-    stored_as, number = name, 1
+    stored_as = name
+    number = 1
     while (stored := _texts(storage, owner, stored_as)) is not None:
         if texts <= stored:
             return ImportedProject(name, stored_as, 0)

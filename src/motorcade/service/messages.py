@@ -378,6 +378,13 @@ class Endpoint(NamedTuple):
         return msgspec.structs.asdict(message)
 
 
+def encoded(answer: Any) -> str | bytes:
+    """Return an answer as it is sent: the bytes of a picture, or text in JSON."""
+    if isinstance(answer, bytes):
+        return answer
+    return msgspec.json.encode(answer).decode()
+
+
 def decode(data: bytes | str, kind: type[T]) -> T:
     """Decode JSON to a message of type ``kind``. Raises MotorcadeError where it isn't valid."""
     try:

@@ -20,6 +20,7 @@ from motorcade.missions.watch import MissionWatch, goal_phrase
 from motorcade.program.blocks import blocks_of, program_of
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Followers, Program
+from motorcade.service.documents import text_format
 from motorcade.service.messages import (
     MatDocument,
     MissionChoice,
@@ -166,12 +167,11 @@ def chosen_mission(choice: MissionChoice) -> model.Mission:
 
 def list_missions(stars: Stars) -> list[MissionEntry]:
     """Return the missions that come with Motorcade, path by path and in order."""
-    return [
-        MissionEntry(
-            **_shown(mission), stars=sorted({goal.star for goal in mission.goals}), earned=stars.get(mission.id, [])
-        )
-        for mission in documents.missions()
-    ]
+    entries = []
+    for mission in documents.missions():
+        possible = sorted({goal.star for goal in mission.goals})
+        entries.append(MissionEntry(**_shown(mission), stars=possible, earned=stars.get(mission.id, [])))
+    return entries
 
 
 def open_mission(choice: MissionChoice, stars: Stars) -> Mission:
@@ -244,7 +244,7 @@ def mission_in(text: str) -> model.Mission:
     """Return the mission in a file's text, TOML or JSON. Raises MotorcadeError, which names the place of a fault."""
     if "motorcade-mission" not in text:
         raise MotorcadeError("not-a-mission")
-    return parse_mission(text, OWN, "JSON" if text.lstrip("\ufeff \t\r\n").startswith("{") else "TOML")
+    return parse_mission(text, OWN, text_format(text))
 
 
 def open_mission_text(text: str) -> Mission:

@@ -45,7 +45,8 @@ def profile_figures() -> list[messages.ProfileFigures]:
     """Return the figures of all built-in profiles."""
     figures = []
     for profile in map(built_in_profile, built_in_profiles()):
-        step, most = gcd(*profile.durations_ms) / 1000, MOST_PIECES * profile.durations_ms[-1] / 1000
+        step = gcd(*profile.durations_ms) / 1000
+        most = MOST_PIECES * profile.durations_ms[-1] / 1000
         values = {field.name: getattr(profile, field.name) for field in fields(profile)}
         figures.append(messages.ProfileFigures(**values, seconds=messages.Seconds(0, step, most)))
     return figures
@@ -194,7 +195,8 @@ def diagnostics_in_all_languages(
     """
     found = []
     for diagnostic in diagnostics:
-        path, block = diagnostic.path, diagnostic.id
+        path = diagnostic.path
+        block = diagnostic.id
         editor = next((editor for editor in _EDITORS if path.startswith(editor)), None)
         settings = None
         if editor == "followers":

@@ -150,7 +150,8 @@ class StudioWorld:
         begun = next((event for event in reversed(before) if event.kind in (STATE, START)), None)
         heard = next((event for event in reversed(before) if event.kind == HEARD), None)
         columns = unpack_moment(moment, self.cars)
-        index, runs = columns["index"][car], bool(columns["flags"][car] & RUNS)
+        index = columns["index"][car]
+        runs = bool(columns["flags"][car] & RUNS)
         word = None
         if begun:
             word = begun.word

@@ -136,7 +136,8 @@ class TrialSession:
     """
 
     def __init__(self, most_cars: int, open_worlds: OpenWorlds = open_worlds_here) -> None:
-        self._most_cars, self._open_worlds = most_cars, open_worlds
+        self._most_cars = most_cars
+        self._open_worlds = open_worlds
         self._try: _Try | None = None
         self._comparison: Comparison | None = None
 

@@ -70,13 +70,15 @@ class UploadSession:
     def advance(self, now_s: float) -> list[bytes | UploadAnswer]:
         """Continue at ``now_s`` (seconds since any moment); return bytes for the port and answers for the page."""
         if not self.is_over:
-            data, self._data = self._data, b""
+            data = self._data
+            self._data = b""
             to_port = self._transfer.step(data, int(now_s * 1000) & TICKS_MASK)
             if self._transfer.outcome is not None:
                 self._end(outcome_of(self._order, self._transfer, WEB_SERIAL))
             elif to_port:
                 self._out.append(to_port)
-        out, self._out = self._out, []
+        out = self._out
+        self._out = []
         return out
 
     def _end(self, outcome: Outcome) -> None:
@@ -96,7 +98,8 @@ class _VirtualBoard(Board):
         self.levels = levels
         self.time_ms = 0
         self.received = self.sent = b""
-        self._load, self._store = load, store
+        self._load = load
+        self._store = store
 
     def now_ms(self) -> int:
         return self.time_ms
@@ -108,7 +111,8 @@ class _VirtualBoard(Board):
         self._store(data)
 
     def read_serial(self) -> bytes:
-        received, self.received = self.received, b""
+        received = self.received
+        self.received = b""
         return received
 
     def write_serial(self, data: bytes) -> None:
@@ -169,7 +173,8 @@ def transfer_of(order: UploadOrder, check_number: int, put: Callable[[world_mess
 
     ``check_number`` as `UploadSession` takes it.
     """
-    baud, image = check_order(order).serial.baud, order.image
+    baud = check_order(order).serial.baud
+    image = order.image
     if image is None:
         return ReadbackTransfer(baud)
     size = len(image)

@@ -97,7 +97,8 @@ def _why(phrase: Phrase, remedy: Remedy | Literal["", "followers"] = "", value: 
 
 def _obstacle_of(world: Simulation, car: int) -> Obstacle | None:
     """Return what a car that drives straight on drives against."""
-    shown, memory = world.read_moment(), world.backend
+    shown = world.read_moment()
+    memory = world.backend
     (wheels,) = memory.read(shown.wheels[car : car + 1])
     if not wheels & 3 or wheels >> 2:
         return None
@@ -180,7 +181,8 @@ def touched(
     place = {car: at for at, car in enumerate(order)}
     reach = 2 * radius_m + _TOUCH_M
     for car in cars:
-        x, y = x_m[car], y_m[car]
+        x = x_m[car]
+        y = y_m[car]
         for obstacle, at_x, at_y, thick_m in surfaces(mat, x, y):
             if math.hypot(at_x - x, at_y - y) < radius_m + thick_m + _TOUCH_M:
                 yield car, obstacle
@@ -206,20 +208,27 @@ def in_the_way(
     """
     if not mat.physics.collisions:
         return None
-    x, y = x_m[car], y_m[car]
-    ahead_x, ahead_y = math.cos(heading), math.sin(heading)
-    best, found = _AHEAD_COS, None
+    x = x_m[car]
+    y = y_m[car]
+    ahead_x = math.cos(heading)
+    ahead_y = math.sin(heading)
+    best = _AHEAD_COS
+    found = None
     for obstacle, at_x, at_y, thick_m in (*surfaces(mat, x, y), *_bodies(car, x_m, y_m, radius_m)):
-        dx, dy = at_x - x, at_y - y
+        dx = at_x - x
+        dy = at_y - y
         away = math.hypot(dx, dy)
         # Bodies push each other only while they overlap.
         if 0 < away < radius_m + thick_m and (dx * ahead_x + dy * ahead_y) / away > best:
-            best, found = (dx * ahead_x + dy * ahead_y) / away, obstacle
+            best = (dx * ahead_x + dy * ahead_y) / away
+            found = obstacle
     return found
 
 
 def _bodies(car: int, x_m: Sequence[float], y_m: Sequence[float], radius_m: float) -> Iterator[Surface]:
-    x, y, reach = x_m[car], y_m[car], 2 * radius_m
+    x = x_m[car]
+    y = y_m[car]
+    reach = 2 * radius_m
     for k, at_x in enumerate(x_m):
         if abs(at_x - x) < reach and k != car and abs(y_m[k] - y) < reach:
             yield Surface(Obstacle("car", k), at_x, y_m[k], radius_m)
@@ -261,7 +270,8 @@ class RemedyChanges(Struct):
 
 def carry_out(order: RemedyOrder) -> RemedyChanges:
     """Return what changes; what stays as it is is None or empty. Raises MotorcadeError for a mat that is none."""
-    remedy, document = order.remedy, order.mat
+    remedy = order.remedy
+    document = order.mat
     if remedy == "range_mm":
         return RemedyChanges(range_mm=math.ceil(order.value / _RANGE_STEP_MM) * _RANGE_STEP_MM)
     if remedy in _FIELDS:
@@ -283,21 +293,25 @@ def carry_out(order: RemedyOrder) -> RemedyChanges:
 
 def _placed(order: RemedyOrder, mat: Mat) -> MatDocument | None:
     """The mat with a leader more, or with the car in front of the one that it should hear; None without room."""
-    cars, starts, profile = _cars(order.mat, mat), mat.starts, built_in_profile(order.profile)
+    cars = _cars(order.mat, mat)
+    starts = mat.starts
+    profile = built_in_profile(order.profile)
     is_new = order.remedy == "leader"
     near = order.value
     if is_new:
         near = order.car
     if max(order.car, near) >= len(cars):
         return None
-    at, heading = (starts.x_m[near], starts.y_m[near]), starts.heading[near]
+    at = (starts.x_m[near], starts.y_m[near])
+    heading = starts.heading[near]
     others = [(starts.x_m[k], starts.y_m[k]) for k in range(len(cars)) if is_new or k != order.car]
     radius_m = profile.body.diameter_mm / 2000
     reach_m = (order.range_mm or profile.infrared.range_mm) / 1000
     away_m = _FRONT_M
     if is_new:
         away_m = -_BEHIND_M
-    for point in _rings((at[0] + away_m * math.cos(heading), at[1] + away_m * math.sin(heading))):
+    wished = (at[0] + away_m * math.cos(heading), at[1] + away_m * math.sin(heading))
+    for point in _rings(wished):
         if math.dist(at, point) > reach_m - _SPARE_M or not _has_room(mat, others, point, radius_m):
             continue
         # A new leader is turned towards the car; else the car is put where the other one's beam is.
@@ -309,7 +323,8 @@ def _placed(order: RemedyOrder, mat: Mat) -> MatDocument | None:
         if is_new:
             facing_deg = round(math.degrees(math.atan2(at[1] - point[1], at[0] - point[0])))
             return _with_cars(order.mat, [*cars, {**place, "heading_deg": facing_deg, "role": "leader"}])
-        return _with_cars(order.mat, [{**car, **place} if k == order.car else car for k, car in enumerate(cars)])
+        cars[order.car] = {**cars[order.car], **place}
+        return _with_cars(order.mat, cars)
     return None
 
 
@@ -325,8 +340,10 @@ def _rings(wished: Point) -> Iterator[Point]:
 def _has_room(mat: Mat, others: list[Point], point: Point, radius_m: float) -> bool:
     """Whether a car fits at a point: on the mat, beside all cars and all furniture."""
     air_m, (x, y) = radius_m + _AIR_M, point
-    if mat.size_m and not (air_m <= x <= mat.size_m[0] - air_m and air_m <= y <= mat.size_m[1] - air_m):
-        return False
+    if mat.size_m:
+        width_m, depth_m = mat.size_m
+        if not (air_m <= x <= width_m - air_m and air_m <= y <= depth_m - air_m):
+            return False
     if any(math.dist(car, point) < air_m + radius_m for car in others):
         return False
     return obstructed(mat, [x], [y], air_m, Phrase("mat-of-page")) is None
@@ -334,7 +351,8 @@ def _has_room(mat: Mat, others: list[Point], point: Point, radius_m: float) -> b
 
 def _off_deg(at: Point, heading: float, point: Point) -> float:
     """How far a point is beside the way that a car looks, in degrees."""
-    return abs(math.degrees(math.remainder(math.atan2(point[1] - at[1], point[0] - at[0]) - heading, math.tau)))
+    direction = math.atan2(point[1] - at[1], point[0] - at[0])
+    return abs(math.degrees(math.remainder(direction - heading, math.tau)))
 
 
 def _is_in_sight(mat: Mat, at: Point, point: Point, others: list[Point], radius_m: float) -> bool:
@@ -344,8 +362,9 @@ def _is_in_sight(mat: Mat, at: Point, point: Point, others: list[Point], radius_
     steps = max(2, math.ceil(math.dist(at, point) / _SIGHT_STEP_M))
     x_m = [at[0] + (point[0] - at[0]) * k / steps for k in range(steps + 1)]
     y_m = [at[1] + (point[1] - at[1]) * k / steps for k in range(steps + 1)]
-    if any(math.dist((x, y), car) < radius_m + _SIGHT_STEP_M for x, y in zip(x_m, y_m, strict=True) for car in others):
-        return False
+    for between in zip(x_m, y_m, strict=True):
+        if any(math.dist(between, car) < radius_m + _SIGHT_STEP_M for car in others):
+            return False
     return obstructed(mat, x_m, y_m, _SIGHT_STEP_M, Phrase("mat-of-page")) is None
 
 

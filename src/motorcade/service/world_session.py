@@ -114,7 +114,9 @@ class WorldSession:
 
     def begin(self, world: StudioWorld) -> list[WorldAnswer]:
         """Play a new world, which `make_world` built, instead of the one before; it is paused at first."""
-        self._world, self._watched, self.speed = world, None, 1.0
+        self._world = world
+        self._watched = None
+        self.speed = 1.0
         self._begin_run(())
         return self._greet(resumed=False)
 
@@ -341,7 +343,8 @@ class WorldSession:
                 return
 
     def _store_moment(self) -> None:
-        now_ms, counts = self.world.now_ms, self.world.simulation.totals()
+        now_ms = self.world.now_ms
+        counts = self.world.simulation.totals()
         moment = self.world.pictures.moment(is_stored=True)
         self._history.add_moment(now_ms, moment, _lost(counts))
         if self.world.referee:
@@ -355,15 +358,18 @@ class WorldSession:
     def picture(self, number: int) -> bytes:
         """Return a picture of what is shown now, with the events since the last one (`motorcade.service.history`)."""
         self.has_news = False
-        flags, self._next_is_first = FIRST if self._next_is_first else 0, False
-        cars, history = self.world.cars, self._history
+        flags = FIRST if self._next_is_first else 0
+        self._next_is_first = False
+        cars = self.world.cars
+        history = self._history
         if self._shown_ms is not None:
             t_ms, moment = history.moment_at(self._shown_ms)
             events = history.events_between(t_ms - EVERY_MS, t_ms)
             lost = history.lost_before(t_ms) - history.lost_before(t_ms - LATELY_MS)
             return pack_picture(number, flags | PAST, t_ms, cars, lost, moment, events)
         moment = self.world.pictures.moment(is_stored=False)
-        events, self._unshown = history.newest_events(self._unshown), 0
+        events = history.newest_events(self._unshown)
+        self._unshown = 0
         lost = _lost(self.world.simulation.totals()) - history.lost_before(self.world.now_ms - LATELY_MS)
         return pack_picture(number, flags, self.world.now_ms, cars, lost, moment, events)
 

@@ -81,7 +81,8 @@ def _request_route(visitors: Visitors) -> Route:
 
     async def endpoint(request: Request) -> Response:
         visitor = visitors.visitor(request)
-        name, context = request.path_params["name"], visitors.context(visitor)
+        name = request.path_params["name"]
+        context = visitors.context(visitor)
         async with visitors.answering(visitor, name) as most_s:
             if name == _EXPORT:
                 return StreamingResponse(export_answer(context.storage, context.owner), media_type="application/json")
@@ -147,7 +148,9 @@ class Trials:
     """
 
     def __init__(self, visitors: Visitors) -> None:
-        self._settings, self._limits, self._visitors = visitors.settings, visitors.settings.sessions, visitors
+        self._settings = visitors.settings
+        self._limits = visitors.settings.sessions
+        self._visitors = visitors
         self._thread = ThreadPoolExecutor(1, "trials", initializer=_be_polite)
         self._pages = 0
         # Whose page has a job in the thread, or the next one.
@@ -168,7 +171,8 @@ class Trials:
 
     async def _serve(self, page: PageSocket, turn: asyncio.Lock) -> None:
         session = TrialSession(self._limits.most_cars)
-        asked, loop = asyncio.Event(), asyncio.get_running_loop()
+        asked = asyncio.Event()
+        loop = asyncio.get_running_loop()
 
         async def do(job: Callable[..., Iterable[object]], *message: TrialMessage) -> None:
             async with turn:

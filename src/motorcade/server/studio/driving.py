@@ -90,7 +90,8 @@ class PageWorld(WorldSession):
         self.fleet = SessionFleet(self)
         super().__init__(key, partial(open_world, most_cars=most_cars, steering=self.fleet.boards), past_bytes)
         self._workers = workers
-        self.visitor, self.allowed = visitor, allowed
+        self.visitor = visitor
+        self.allowed = allowed
         self.mat: MatDocument | None = None
         self._scene: tuple[Mat, Scene] | None = None
         self.sent: dict[type, WorldAnswer | bytes] = {}

@@ -178,7 +178,8 @@ class PageWorlds:
     """The sessions of a server, and the threads that work for them."""
 
     def __init__(self, visitors: Visitors) -> None:
-        self._settings, self._limits = visitors.settings, visitors.settings.sessions
+        self._settings = visitors.settings
+        self._limits = visitors.settings.sessions
         self._visitors = visitors
         self._sessions: dict[str, PageWorld] = {}
         # The kernels release Python's lock, so a large world occupies only one of these threads.

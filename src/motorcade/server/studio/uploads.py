@@ -98,7 +98,8 @@ class Uploads:
         """Do one transfer through a port that the page has opened: binary messages are the port's bytes."""
 
         async def transfer(order: UploadOrder, page: PageSocket) -> None:
-            session, came = UploadSession(order, secrets.randbelow(256)), asyncio.Event()
+            session = UploadSession(order, secrets.randbelow(256))
+            came = asyncio.Event()
 
             async def receive() -> None:
                 data: bytes | None = b""

@@ -62,7 +62,8 @@ class Workers:
     """The processes of a server."""
 
     def __init__(self) -> None:
-        self._limiter, self._light = CapacityLimiter(_AT_ONCE), CapacityLimiter(_AT_ONCE)
+        self._limiter = CapacityLimiter(_AT_ONCE)
+        self._light = CapacityLimiter(_AT_ONCE)
         self._checks = CapacityLimiter(1)
         self._starting: asyncio.Task[None] | None = None
 
