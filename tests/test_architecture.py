@@ -15,7 +15,7 @@ OTHER_FILES = sorted(
     for file in (ROOT / folder).rglob("*.py")
     if "node_modules" not in file.parts
 )
-MOST_FILES = 252
+MOST_FILES = 253
 MOST_LINES = 500
 MOST_PARAMETERS = 8
 # What a page is sent of these has their name too.

@@ -15,7 +15,7 @@ from typing import Any
 from gpiozero import GPIOZeroError
 from gpiozero.pins import BoardInfo, HeaderInfo, PinInfo
 
-from motorcade.config.pins import CHIPS, Chip
+from motorcade.config.chips import Chip, chip_named
 from motorcade.errors import MotorcadeError
 
 _RASPBERRY_PI = "raspberry-pi"
@@ -95,11 +95,11 @@ def pull_low(chip: str, number: str, *pins: str) -> None:
     """Make ``pins`` low. They stay low when the process ends: the kernel doesn't change them then.
 
     Args:
-        chip: the name of one of CHIPS.
+        chip: its name in pin files.
         number: as in open_gpio; ``""`` for None.
         pins: GPIO numbers. All are texts, since another process gives them on a command line.
     """
-    factory = open_gpio(next(each for each in CHIPS if each.name == chip), int(number) if number else None)
+    factory = open_gpio(chip_named(chip), int(number) if number else None)
     for pin in pins:
         factory.pin(int(pin)).output_with_state(False)
 

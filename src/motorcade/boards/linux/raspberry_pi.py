@@ -24,7 +24,6 @@ from motorcade.words.ticks import TICKS_MASK, elapsed_ms
 _LEDS = 4
 _MOTORS = ("left_motor", "right_motor", "drive_motor")
 _KINDS_OF_WHEELS = (("left_motor", "right_motor"), ("drive_motor", "servo"))
-_LINUX_CHIPS = ("raspberry-pi", "linux")
 # The median of three pings tolerates one false echo and is at most 180 ms old.
 _PINGS = 3
 # How often the guard is told that the loop runs.
@@ -223,7 +222,7 @@ def pull_low_arguments(pins: PinMap, gpio_chip: int | None) -> tuple[str, ...]:
 
 
 def _check_computer(pins: PinMap) -> None:
-    if pins.chip.name not in _LINUX_CHIPS:
+    if not pins.chip.runs_linux:
         raise MotorcadeError("pin-file-of-microcontroller", car=pins.name, chip=pins.chip.name)
 
 
