@@ -10,20 +10,20 @@ for the leader and for the followers by themselves:
 1. `motorcade.program.expansion.Expander` checks each step and unrolls repeats: the result is a row of items, one for
    each time that a step is done.
 2. The **leader** executes its words one after another. An item becomes the fewest words whose lengths add up to its
-   duration (`motorcade.program.parts.cut`); parts that go on are continued by the next word, and a part that is over is
-   left out of it. An item that no sum of levels can express is refused with the nearest durations that can be.
+   duration (`motorcade.program.parts.cut`); parts that go on are continued by the next word, and a part that is over
+   is left out of it. An item that no sum of levels can express is refused with the nearest durations that can be.
 3. The **followers** hear each word again and again for one dwell, then the next word. So every item has to last a
-   whole number of dwells, and is sent as words that count down what is left of it. The compiler tries the dwells of the
-   profile, the longest first, and takes the first that fits with at most 255 words and keeps step
-   (`best_round`; the docstring of `motorcade.program.expansion` says what that means). Where the program names a dwell,
-   each step is one word.
+   whole number of dwells, and is sent as words that count down what is left of it. The compiler tries the dwells of
+   the profile, the longest first, and takes the first that fits with at most 255 words and keeps step (`best_round`;
+   the docstring of `motorcade.program.expansion` says what that means). Where the program names a dwell, each step is
+   one word.
 
-Whether follower words travel with a tag is decided before, since tagged words may repeat: with "auto" they do where some
-word is passed on, unless one bare word says it all.
+Whether follower words travel with a tag is decided before, since tagged words may repeat: with "auto" they do where
+some word is passed on, unless one bare word says it all.
 
-Nothing stops at the first mistake: each one becomes a `Diagnostic` at its step, with fixes that were tried and do
-compile. Words come only from a program without errors. ``origins`` leads back from each word to its step, so that a page
-can show which block a car executes.
+Nothing stops at the first mistake: each one becomes a `Diagnostic` at its step, with the values that would fix it.
+Words come only from a program without errors. ``origins`` leads back from each word to its step, so that a page can
+show which block a car executes.
 """
 
 from collections.abc import Sequence
