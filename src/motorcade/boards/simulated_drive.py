@@ -35,7 +35,7 @@ class SimulatedBoard(DriveBoard):
         ahead_mm: what the ultrasonic sensor measured before the last ticks.
     """
 
-    switches = tuple(each.name for each in SWITCHES)
+    switches = tuple(switch.name for switch in SWITCHES)
 
     def __init__(self, has_program: bool) -> None:
         self.has_program = has_program

@@ -24,6 +24,7 @@ each sends bytes of its own:
     bytes = "AA 01"     # hexadecimal; or text = "stop\\r\\n", sent as UTF-8
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from itertools import permutations
@@ -47,7 +48,7 @@ _LONGEST_PATTERN = 64
 _MOST_WORDS = 50
 _FASTEST_BAUD = 4_000_000
 _LEVELS = 4
-_SWITCHED = tuple(Part(each.name, each.supply, (Role("signal", True, each.terminal),)) for each in SWITCHES)
+_SWITCHED = tuple(Part(switch.name, switch.supply, (Role("signal", True, switch.terminal),)) for switch in SWITCHES)
 PARTS = (*(part for device in DEVICES for part in device.parts), *_SWITCHED)
 # The parts that a board reads as bits.
 INPUTS = tuple(part for part in PARTS if part.read_by)
@@ -69,11 +70,15 @@ class Wire(NamedTuple):
 
     def terminal(self, chip: Chip) -> str:
         """What is printed on the device, and what belongs between it and a pin of ``chip``."""
-        return (self.role.terminal_5_v if chip.has_5_v_pins else "") or self.role.terminal
+        if chip.has_5_v_pins and self.role.terminal_5_v:
+            return self.role.terminal_5_v
+        return self.role.terminal
 
     def supply(self, chip: Chip) -> str:
         """What the device needs besides its wires to ``chip``."""
-        return (self.device.supply_5_v if chip.has_5_v_pins else "") or self.device.supply
+        if chip.has_5_v_pins and self.device.supply_5_v:
+            return self.device.supply_5_v
+        return self.device.supply
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,17 +110,14 @@ class PinMap:
     @property
     def warnings(self) -> tuple[Phrase, ...]:
         """A sentence for each wire at a pin that does something at power-on, or carries a load, that matters to it."""
-        return tuple(
-            Phrase(
-                "pin-warning",
-                wire=f"{wire.device.key}.{wire.role.key}",
-                pin=self.chip.label(wire.pin),
-                reason=caution.reason,
-            )
-            for wire in self.wires
-            for caution in self.chip.cautions.get(wire.pin, ())
-            if self._concerns(caution, wire)
-        )
+        found = []
+        for wire in self.wires:
+            name = f"{wire.device.key}.{wire.role.key}"
+            for caution in self.chip.cautions.get(wire.pin, ()):
+                if self._concerns(caution, wire):
+                    pin = self.chip.label(wire.pin)
+                    found.append(Phrase("pin-warning", wire=name, pin=pin, reason=caution.reason))
+        return tuple(found)
 
     def _concerns(self, caution: Caution, wire: Wire) -> bool:
         if caution.concerns == "all":
@@ -156,11 +158,13 @@ def parse_pins(text: str, file: str) -> PinMap:
     chip = chip_named(values["chip"])
     wires = []
     for device in PARTS:
-        if (given := values.get(device.key)) is not None:
-            if not given:
-                known = ", ".join(role.key for role in device.roles)
-                raise MotorcadeError("device-without-pins", file=file, device=device.key, known=known)
-            wires += [Wire(device, role, given[role.key]) for role in device.roles if role.key in given]
+        given = values.get(device.key)
+        if given is None:
+            continue
+        if not given:
+            known = ", ".join(role.key for role in device.roles)
+            raise MotorcadeError("device-without-pins", file=file, device=device.key, known=known)
+        wires += [Wire(device, role, given[role.key]) for role in device.roles if role.key in given]
     if not wires:
         raise MotorcadeError("no-device", file=file, known=", ".join(device.key for device in PARTS))
     _check_pins(wires, chip, file)
@@ -238,15 +242,19 @@ def parse_voice_map(text: str, file: str) -> VoiceMap:
     )
     for (inner, _), (outer, _) in permutations(patterns, 2):
         if inner in outer:
-            first, second = (each.hex(" ").upper() for each in (inner, outer))
-            raise MotorcadeError("pattern-in-another", file=file, inner=first, outer=second)
+            shown_inner = inner.hex(" ").upper()
+            shown_outer = outer.hex(" ").upper()
+            raise MotorcadeError("pattern-in-another", file=file, inner=shown_inner, outer=shown_outer)
     return VoiceMap(values["baud"], patterns)
 
 
 def _pattern(word: dict[str, Any], place: str, file: str) -> bytes:
-    key = "text" if "text" in word else "bytes"
+    key = "bytes"
+    read: Callable[[str], bytes] = bytes.fromhex
+    if "text" in word:
+        key, read = "text", str.encode
     try:
-        pattern = word[key].encode() if key == "text" else bytes.fromhex(word[key])
+        pattern = read(word[key])
     except ValueError:
         details = {"file": file, "place": f"{place}.{key}", "value": shown(word[key])}
         raise MotorcadeError("not-allowed", **details, allowed=Phrase("hexadecimal")) from None

@@ -26,7 +26,9 @@ _LONGEST_PATTERN = 16
 def library_folder() -> Path:
     """Return the folder of the library: in the package, or beside the sources of a clone."""
     packaged = Path(__file__).with_name("arduino")
-    return packaged if packaged.is_dir() else Path(__file__).parents[3] / "firmware" / "arduino"
+    if packaged.is_dir():
+        return packaged
+    return Path(__file__).parents[3] / "firmware" / "arduino"
 
 
 def library_files() -> dict[str, bytes]:
@@ -54,10 +56,15 @@ def sketch_files(
     Raises:
         MotorcadeError: no Arduino car can be wired like this.
     """
-    example = SKETCH if pins.chip.is_whole_arduino else ANY_SKETCH
+    example = ANY_SKETCH
+    if pins.chip.is_whole_arduino:
+        example = SKETCH
     sketch = (library_folder() / example).read_text(encoding="utf-8")
-    sketch = re.sub(r"(?<=bool LEADS = )\w+", "true" if is_leader else "false", sketch)
-    sketch = re.sub(r"(?<=uint32_t NUMBER = )\w+", f"{number}U" if number >> 15 else str(number), sketch)
+    sketch = re.sub(r"(?<=bool LEADS = )\w+", str(is_leader).lower(), sketch)
+    literal = str(number)
+    if number >> 15:
+        literal += "U"
+    sketch = re.sub(r"(?<=uint32_t NUMBER = )\w+", literal, sketch)
     folder = f"examples/{OWN_SKETCH}"
     return {
         f"{folder}/{OWN_SKETCH}.ino": sketch.encode(),
@@ -103,15 +110,24 @@ def _header(about: list[str], guard: list[str], pins: PinMap, profile: Profile, 
         "infrared_receiver": _pin(pins, "infrared", "receiver"),
         "infrared_sender": _pin(pins, "infrared", "sender"),
         "voice": _pin(pins, "voice", "receive"),
-        "voice_baud": voice.baud if voice else 0,
-        "voice_patterns": "VOICE_PATTERNS" if voice else "nullptr",
-        "voice_pattern_count": len(voice.patterns) if voice else 0,
+        "voice_baud": 0,
+        "voice_patterns": "nullptr",
+        "voice_pattern_count": 0,
     }
+    patterns: list[str] = []
+    if voice:
+        fields |= {
+            "voice_baud": voice.baud,
+            "voice_patterns": "VOICE_PATTERNS",
+            "voice_pattern_count": len(voice.patterns),
+        }
+        patterns = [
+            "static const motorcade::VoicePattern VOICE_PATTERNS[] = {",
+            *map(_pattern, voice.patterns),
+            "};",
+            "",
+        ]
     lines = [f"    {value},  // {name}" for name, value in fields.items()]
-    patterns = []
-    for data, word in voice.patterns if voice else ():
-        escaped = "".join(f"\\{byte:03o}" for byte in data)
-        patterns.append(f'    {{"{escaped}", {len(data)}, {word}}},')
     return "\n".join(
         [
             *about,
@@ -123,7 +139,7 @@ def _header(about: list[str], guard: list[str], pins: PinMap, profile: Profile, 
             "",
             "using motorcade::NO_PIN;",
             "",
-            *(["static const motorcade::VoicePattern VOICE_PATTERNS[] = {", *patterns, "};", ""] if voice else []),
+            *patterns,
             "static const motorcade::CarSettings CAR = {",
             *lines,
             "};",
@@ -132,6 +148,12 @@ def _header(about: list[str], guard: list[str], pins: PinMap, profile: Profile, 
             "",
         ]
     )
+
+
+def _pattern(pattern: tuple[bytes, int]) -> str:
+    data, word = pattern
+    escaped = "".join(f"\\{byte:03o}" for byte in data)
+    return f'    {{"{escaped}", {len(data)}, {word}}},'
 
 
 def write_library(output: Path, files: dict[str, bytes]) -> None:
@@ -192,7 +214,9 @@ def _check(pins: PinMap, voice: VoiceMap | None) -> None:
 
 def _pin(pins: PinMap, device: str, role: str) -> str:
     pin = pins.pin(device, role)
-    return _NO_PIN if pin is None else str(pin)
+    if pin is None:
+        return _NO_PIN
+    return str(pin)
 
 
 def _list(values: Iterable[object]) -> str:

@@ -32,7 +32,9 @@ EXTRAS = {
 def templates() -> Path:
     """Return the folder of main.py and of the pin files: in the package, or beside the sources of a clone."""
     packaged = Path(__file__).with_name("micropython")
-    return packaged if packaged.is_dir() else PACKAGE.parents[1] / "firmware" / "micropython"
+    if packaged.is_dir():
+        return packaged
+    return PACKAGE.parents[1] / "firmware" / "micropython"
 
 
 def board_files(settings: dict[str, Any]) -> dict[str, bytes]:
@@ -42,8 +44,9 @@ def board_files(settings: dict[str, Any]) -> dict[str, bytes]:
     files: dict[str, bytes] = {}
     for file in sorted(needed_files(starts, lazily=False) - {main}):
         path = f"{LIBRARY}/{PACKAGE.name}/{file.relative_to(PACKAGE).as_posix()}"
-        # Motorcade's own __init__ needs CPython's importlib.
-        files[path] = b"" if file == PACKAGE / "__init__.py" else file.read_bytes()
+        files[path] = file.read_bytes()
+    # Motorcade's own needs CPython's importlib.
+    files[f"{LIBRARY}/{PACKAGE.name}/__init__.py"] = b""
     files[SETTINGS_FILE] = json.dumps(settings).encode()
     files[MAIN] = main.read_bytes()
     return files

@@ -87,7 +87,10 @@ def install(
         facts = prompt.facts()
         chip = _chip(port, facts, pins)
         settings = settings_for(pins or default_pins(chip))
-        _check_version(port, facts, KEYS_NEED_VERSION if "keys" in settings else NEEDED_VERSION)
+        needed_version = NEEDED_VERSION
+        if "keys" in settings:
+            needed_version = KEYS_NEED_VERSION
+        _check_version(port, facts, needed_version)
         files = car_files(settings, facts.bytecode)
         differing = {path: data for path, data in files.items() if prompt.checksum(f"/{path}") != sha256(data).digest()}
         stale = _stale(files, settings, prompt.sizes(f"/{LIBRARY}"))
@@ -97,7 +100,9 @@ def install(
         prompt.restart()
     finally:
         prompt.close()
-    form = "mpy" if any(path.endswith(".mpy") for path in files) else "py"
+    form = "py"
+    if any(path.endswith(".mpy") for path in files):
+        form = "mpy"
     return Installed(chip, len(files), len(differing), sum(map(len, differing.values())), form)
 
 
@@ -113,7 +118,7 @@ def _stale(files: dict[str, bytes], settings: dict[str, Any], there: dict[str, i
 
 def _chip(port: str, facts: Facts, chosen: PinMap | None) -> str:
     found = facts.chip
-    wired_like = MICROPYTHON[found][1] if found in MICROPYTHON else None
+    _, wired_like = MICROPYTHON.get(found, (None, None))
     if chosen and chosen.chip != wired_like:
         reason = Phrase("pin-file-is-for", chip=chosen.chip.name)
     elif wired_like is None:
@@ -125,8 +130,9 @@ def _chip(port: str, facts: Facts, chosen: PinMap | None) -> str:
 
 def _check_version(port: str, facts: Facts, needed_version: tuple[int, ...]) -> None:
     if facts.version < needed_version:
-        version, needed = (".".join(map(str, each)) for each in (facts.version, needed_version))
-        raise MotorcadeError("old-micropython", port=port, found=version, needed=needed)
+        found = ".".join(map(str, facts.version))
+        needed = ".".join(map(str, needed_version))
+        raise MotorcadeError("old-micropython", port=port, found=found, needed=needed)
 
 
 def _check_room(port: str, facts: Facts, differing: dict[str, bytes], stale: dict[str, int]) -> None:

@@ -60,12 +60,17 @@ if sys.platform == "linux":
         """The pins of a Raspberry Pi, which finds its own gpiochip, or the lines of another computer's gpiochip."""
 
         def __init__(self, chip: Chip, number: int | None) -> None:
-            self._foreign_lines = 0 if chip.name == _RASPBERRY_PI else len(chip.header)
-            super().__init__(0 if self._foreign_lines and number is None else number)
+            self._foreign_lines = 0
+            if chip.name != _RASPBERRY_PI:
+                self._foreign_lines = len(chip.header)
+                number = number or 0
+            super().__init__(number)
             self.pin_class = _FinePin
 
         def _get_board_info(self) -> Any:
-            return _foreign_board(self._foreign_lines) if self._foreign_lines else super()._get_board_info()
+            if self._foreign_lines:
+                return _foreign_board(self._foreign_lines)
+            return super()._get_board_info()
 
 
 def open_gpio(chip: Chip, number: int | None = None) -> Any:
