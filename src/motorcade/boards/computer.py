@@ -113,7 +113,7 @@ def keyboard_voice(lines: Iterable[str]) -> SerialVoice:
 
     threading.Thread(target=read_lines, daemon=True).start()
     # A line's ends keep a word in it from being taken for the whole.
-    patterns = [(f"\n{each}\n".encode(), voice) for word, voice in VOICE_WORDS for each in (word, word[0])]
+    patterns = [(f"\n{typed}\n".encode(), voice) for word, voice in VOICE_WORDS for typed in (word, word[0])]
     return SerialVoice(lambda: b"".join([typed.popleft() for _ in range(len(typed))]), patterns)
 
 

@@ -124,7 +124,9 @@ class TcpPort(NetworkLine, WaitingLine):
         self._refuses = refuses
         super().__init__(listener, selector or selectors.DefaultSelector(), lambda: int(clock_s() * 1000) & TICKS_MASK)
         bound_host, bound_port = listener.getsockname()[:2]
-        self.address = f"socket://{f'[{bound_host}]' if ':' in bound_host else bound_host}:{bound_port}"
+        if ":" in bound_host:
+            bound_host = f"[{bound_host}]"
+        self.address = f"socket://{bound_host}:{bound_port}"
 
     def wait(self, seconds: float) -> None:
         for key, _ in self._poll.select(seconds):
@@ -164,4 +166,6 @@ class TcpPort(NetworkLine, WaitingLine):
             return None
         except OSError:
             return b""
-        return b"" if data and self._tls and self._refuses(client.connection) else data
+        if data and self._tls and self._refuses(client.connection):
+            return b""
+        return data

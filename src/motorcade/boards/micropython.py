@@ -40,8 +40,12 @@ class MicroPythonBoard(Board):
         self, settings: "dict[str, Any]", modules: "Any", line: UploadLine, voice: "Callable[[], int]"
     ) -> None:
         machine, clock = modules.machine, modules.clock
-        # An ESP32 has no hard interrupts.
-        sender, interrupt = (RmtSender, {}) if modules.platform == "esp32" else (PioSender, {"hard": True})
+        sender: Any = PioSender
+        interrupt = {"hard": True}
+        if modules.platform == "esp32":
+            # It has no hard interrupts.
+            sender = RmtSender
+            interrupt = {}
         self.number = settings["number"]
         self.is_leader = settings["is_leader"]
         self.levels = tuple(settings["levels"])
@@ -63,7 +67,10 @@ class MicroPythonBoard(Board):
         self._leds: list[Any] = []
         for which in range(NO_LED):
             pin = pins.get("leds", {}).get("led_" + str(which))
-            self._leds.append(None if pin is None else machine.Pin(pin, machine.Pin.OUT, value=0))
+            led = None
+            if pin is not None:
+                led = machine.Pin(pin, machine.Pin.OUT, value=0)
+            self._leds.append(led)
         self._ultrasonic: Ultrasonic | None = None
         if "ultrasonic" in pins:
             self._ultrasonic = Ultrasonic(machine, clock, pins["ultrasonic"], settings["range_mm"], interrupt)

@@ -1,8 +1,37 @@
 """Decide who drives, by one table of states: stale commands, hand-over, failsafe and emergency stop.
 
 Portable and pure: sessions are numbers, commands are DRIVE words, times are arguments in milliseconds that wrap
-(`motorcade.words.ticks`). To have the wheel is to be the session whose commands drive the car.
-scripts/arbiter_diagram.py draws the diagram in docs/drive.md from TABLE.
+(`motorcade.words.ticks`). scripts/arbiter_diagram.py draws the diagram in docs/drive.md from TABLE.
+
+How it works
+============
+
+The arbiter keeps four things: a state, the word that is valid now, the session that drives, and the session that
+waits for the wheel. To have the wheel is to be the session whose commands drive the car. Sessions come and go; the
+state is the car's.
+
+What happens is an event, and TABLE says into which state each event leads from each state. A pair that TABLE doesn't
+list changes nothing. There is no other rule for states: a safety promise of docs/security.md is a row of TABLE, and
+tests/car/test_arbiter_search.py tries all sequences of events. In every state but STANDING and MOVING the valid word
+is neutral, so whoever sets the wheels by ``word`` can't drive by an old command.
+
+A command goes through five questions, in this order:
+
+1. Is its sender the driver, or does nobody drive? If not, the answer is WATCHING.
+2. Is it a speed or speed 0? That makes the event MOVE or STILL; a speed of a driver who has to arm the car first is
+   UNARMED.
+3. Which state follows? Where the car is stopped, runs its program, or has a low battery, the command doesn't reach
+   the wheels, and the answer says why.
+4. Is the state then FAILSAFE or DISARMED? The answer is NEEDS_NEUTRAL: a command with speed 0 has to come first. So a
+   car that was out of reach never begins to drive by a stick that somebody happens to hold.
+5. Otherwise the word is valid from now on, and its sender drives.
+
+Time is an event, too. `tick` compares the time since the driver's last command with two limits: after ``failsafe_ms``
+the car stands (SILENT), after ``hand_over_ms`` the driver loses the wheel. Every method that depends on the time
+calls it first, so a late caller decides nothing by old state.
+
+The wheel changes hands only while the car does not move: a session that asks waits until the driver stands still,
+gives the wheel back, leaves, or is silent for too long.
 """
 
 from motorcade.words.positions import DRIVE_NEUTRAL, DRIVE_SPEED_AT

@@ -26,9 +26,8 @@ from motorcade.extras import needs_extra
 if TYPE_CHECKING:
     from motorcade.config.pins import PinMap
 
-# The chips of MicroPython cars, and what people call them.
+# The names in MICROPYTHON of `motorcade.config.chips`, which a command line's start doesn't wait for.
 ChipName = Literal["esp32", "rp2040", "rp2350"]
-_TITLES = {"esp32": "ESP32", "rp2040": "Raspberry Pi Pico", "rp2350": "Raspberry Pi Pico 2"}
 
 app = typer.Typer()
 cars_app = typer.Typer()
@@ -141,12 +140,13 @@ def _install_firmware(
         if voice_map:
             voice = load_voice_map(voice_map)
         settings = settings_of(pin_map, chosen, role == "leader", number, voice)
-        if wifi and pin_map.chip.name != "esp32":
+        if wifi and not pin_map.chip.has_wifi:
             raise MotorcadeError("wifi-needs-esp32", chip=pin_map.chip.title)
         return settings | wanted
 
     with needs_extra("firmware", "firmware"):
         from motorcade.cli.console import progress_bar
+        from motorcade.config.chips import MICROPYTHON
         from motorcade.firmware.install import car_files, default_pins, install
         from motorcade.upload.serial_port import likely_port, ports
     wired = None
@@ -169,7 +169,8 @@ def _install_firmware(
     key = "files-there-already"
     if done.copied:
         key = "files-copied"
-    sentence = translated(key, **data | {"chip": _TITLES[done.chip], "role": Phrase(f"role-{role}")})
+    firmware, _ = MICROPYTHON[done.chip]
+    sentence = translated(key, **data | {"chip": firmware.title, "role": Phrase(f"role-{role}")})
     print_result(data, sentence, as_json)
 
 
@@ -184,7 +185,7 @@ def _arduino_library(
     as_json: options.Json = False,
 ) -> None:
     from motorcade.config.pins import load_voice_map
-    from motorcade.firmware.arduino_library import OWN_SKETCH, WHOLE_CARS, library_files, sketch_files, write_library
+    from motorcade.firmware.arduino_library import OWN_SKETCH, library_files, sketch_files, write_library
 
     files = library_files()
     if pins:
@@ -193,7 +194,7 @@ def _arduino_library(
             voice = load_voice_map(voice_map)
         wired = options.pins_at(pins)
         files |= sketch_files(wired, options.profile_named(profile), role == "leader", number, voice)
-        if wired.chip.name not in WHOLE_CARS and wired.pin("infrared", "sender") is not None:
+        if not wired.chip.is_whole_arduino and wired.pin("infrared", "sender") is not None:
             print_note(translated("arduino-sends-no-infrared", car=wired.name, chip=wired.chip.title))
     try:
         write_library(output, files)

@@ -10,6 +10,7 @@ import re
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from difflib import get_close_matches
+from itertools import chain, repeat
 from math import inf
 from typing import Any, NamedTuple
 
@@ -62,7 +63,9 @@ class Fault(NamedTuple):
         """
         if text is not None:
             # What is missing belongs into the table around it.
-            place = self.place[:-1] if self.code == "missing-key" else self.place
+            place = self.place
+            if self.code == "missing-key":
+                place = place[:-1]
             file = Phrase("file-line", file=file, line=line_of(text, place))
         return InputError(self.code, file=file, place=place_text(self.place), value=self.value, allowed=self.allowed)
 
@@ -116,18 +119,23 @@ class _Checker:
         return value
 
     def _table(self, table: dict[str, Any], schema: Schema, at: KeyPath) -> dict[str, Any]:
-        properties, others = schema.get("properties", {}), schema.get("additionalProperties", True)
-        checked, is_known = {}, True
+        properties = schema.get("properties", {})
+        others = schema.get("additionalProperties", True)
+        checked = {}
+        is_known = True
         for key, value in table.items():
             part = properties.get(key, others)
             if part is False:
                 is_known = False
                 self.faults.append(Fault("unknown-key", (*at, key), "", ", ".join(properties) or Phrase("nothing")))
+            elif part is True:
+                checked[key] = value
             else:
-                checked[key] = value if part is True else self.check(value, part, (*at, key))
+                checked[key] = self.check(value, part, (*at, key))
         needed = list(schema.get("required", ()))
         for given, keys in schema.get("dependentRequired", {}).items():
-            needed += keys if given in table else ()
+            if given in table:
+                needed += keys
         for key in needed:
             if key not in table:
                 self.faults.append(Fault("missing-key", (*at, key), "", allowed(properties[key])))
@@ -140,7 +148,7 @@ class _Checker:
 
     def _one_of(self, table: dict[str, Any], schema: Schema, at: KeyPath, is_known: bool) -> None:
         """Check that the table has exactly one of the keys of which one is needed."""
-        kinds = [each["required"][0] for each in schema["oneOf"]]
+        kinds = [kind["required"][0] for kind in schema["oneOf"]]
         present = [key for key in table if key in kinds]
         if len(present) > 1:
             self.faults.append(Fault("several-keys", at, ", ".join(present), ", ".join(kinds)))
@@ -154,29 +162,37 @@ class _Checker:
                 if (text := json.dumps(value, default=str)) in seen:
                     self.faults.append(Fault("repeated-value", (*at, index), shown(value)))
                 seen.add(text)
-        first, rest = schema.get("prefixItems", ()), schema.get("items", {})
-        return [
-            self.check(value, first[index] if index < len(first) else rest, (*at, index))
-            for index, value in enumerate(values)
-        ]
+        parts = chain(schema.get("prefixItems", ()), repeat(schema.get("items", {})))
+        numbered = enumerate(zip(values, parts, strict=False))
+        return [self.check(value, part, (*at, index)) for index, (value, part) in numbered]
 
 
 def _nearest(value: Any, schema: Schema) -> float | str | None:
     """What fits the schema and is most like ``value``, as in `Fault`."""
-    words = [each for each in schema.get("enum", ()) if isinstance(each, str)]
+    meant: float | str | None = None
     if isinstance(value, str):
-        meant = next(iter(get_close_matches(value[:_LONGEST_SHOWN], words, 1)), None) or _plain_value(value)
+        words = [word for word in schema.get("enum", ()) if isinstance(word, str)]
+        similar = get_close_matches(value[:_LONGEST_SHOWN], words, 1)
+        meant = similar[0] if similar else _plain_value(value)
     elif isinstance(value, int | float) and not isinstance(value, bool):
-        bounds = (schema.get("minimum"), value, schema.get("maximum"))
-        low, meant, high = (bound if bound is not None and bound == bound else value for bound in bounds)
-        meant = max(low, min(meant, high))
-        if schema.get("type") == "integer" and isinstance(meant, float) and abs(meant) < inf:
-            meant = round(meant)
-        if schema.get("type") == "boolean" and meant in (0, 1):
-            meant = bool(meant)
-    else:
+        meant = _bounded(value, schema)
+    if meant is None or not fits(meant, schema):
         return None
-    return meant if meant is not None and fits(meant, schema) else None
+    return meant
+
+
+def _bounded(value: float, schema: Schema) -> float:
+    """The number that the schema's bounds allow and is nearest to ``value``."""
+    meant = value
+    if schema.get("maximum") is not None:
+        meant = min(meant, schema["maximum"])
+    if schema.get("minimum") is not None:
+        meant = max(schema["minimum"], meant)
+    if schema.get("type") == "integer" and isinstance(meant, float) and abs(meant) < inf:
+        return round(meant)
+    if schema.get("type") == "boolean" and meant in (0, 1):
+        return bool(meant)
+    return meant
 
 
 def _plain_value(text: str) -> float | None:
@@ -188,7 +204,9 @@ def _plain_value(text: str) -> float | None:
         number = float(text)
     except ValueError:
         return None
-    return int(number) if number.is_integer() and abs(number) < _EXACT else number
+    if number.is_integer() and abs(number) < _EXACT:
+        return int(number)
+    return number
 
 
 def fits(value: Any, schema: Schema) -> bool:
@@ -198,7 +216,10 @@ def fits(value: Any, schema: Schema) -> bool:
         values = schema["enum"]
         return value in values and type(value) is type(values[values.index(value)])
     kinds = schema.get("type", ())
-    if kinds and not (_is(value, kinds) if isinstance(kinds, str) else any(_is(value, kind) for kind in kinds)):
+    if isinstance(kinds, str):
+        if not _is(value, kinds):
+            return False
+    elif kinds and not any(_is(value, kind) for kind in kinds):
         return False
     if isinstance(value, _NUMBERS) and not isinstance(value, bool):
         above = schema.get("exclusiveMinimum", -inf) < value
@@ -232,22 +253,31 @@ def allowed(schema: Schema) -> Text:
         key, details = schema["x-allowed"]
         return Phrase(key, **details)
     if "enum" in schema:
-        return ", ".join(json.dumps(each, ensure_ascii=False) for each in schema["enum"])
+        return ", ".join(json.dumps(value, ensure_ascii=False) for value in schema["enum"])
     kinds = schema.get("type", "object")
     if isinstance(kinds, list):
         first, *others = (allowed({**schema, "type": kind}) for kind in kinds)
         for other in others:
             first = Phrase("either", first=first, second=other)
         return first
-    phrase = _number(schema, kinds) if kinds in ("integer", "number") else _other(schema, kinds)
-    return Phrase("with-unit", allowed=phrase, unit=Phrase(schema["x-unit"])) if "x-unit" in schema else phrase
+    phrase = _other(schema, kinds)
+    if kinds == "integer":
+        phrase = _number(schema, "whole")
+    elif kinds == "number":
+        phrase = _number(schema, "number")
+    if "x-unit" in schema:
+        return Phrase("with-unit", allowed=phrase, unit=Phrase(schema["x-unit"]))
+    return phrase
 
 
-def _number(schema: Schema, kind: str) -> Phrase:
+def _number(schema: Schema, beginning: str) -> Phrase:
+    """The phrase for a number; ``beginning`` is that of the phrase's key."""
     bounds = {"minimum": schema.get("minimum", schema.get("exclusiveMinimum")), "maximum": schema.get("maximum")}
     given = {name: bound for name, bound in bounds.items() if bound is not None}
-    ending = "-above" if "exclusiveMinimum" in schema else {2: "-range", 1: "-from", 0: ""}[len(given)]
-    return Phrase(("whole" if kind == "integer" else "number") + ending, **given)
+    ending = ("", "-from", "-range")[len(given)]
+    if "exclusiveMinimum" in schema:
+        ending = "-above"
+    return Phrase(beginning + ending, **given)
 
 
 def _other(schema: Schema, kind: str) -> Phrase:
@@ -256,12 +286,11 @@ def _other(schema: Schema, kind: str) -> Phrase:
     if kind == "object" and schema.get("properties"):
         return Phrase("table-of", names=", ".join(schema["properties"]))
     if kind == "array" and "maxItems" in schema and "$ref" not in schema.get("items", {}):
-        least, most, items = schema.get("minItems", 0), schema["maxItems"], allowed(schema["items"])
-        return (
-            Phrase("list-of", count=most, items=items)
-            if least == most
-            else Phrase("list-from-to", minimum=least, maximum=most, items=items)
-        )
+        least, most = schema.get("minItems", 0), schema["maxItems"]
+        items = allowed(schema["items"])
+        if least == most:
+            return Phrase("list-of", count=most, items=items)
+        return Phrase("list-from-to", minimum=least, maximum=most, items=items)
     return Phrase(kind)
 
 
@@ -274,15 +303,20 @@ def shown(value: Any) -> Text:
     except ValueError:  # thousands of digits
         return Phrase("very-long-number")
     text = {"NaN": "nan", "Infinity": "inf", "-Infinity": "-inf"}.get(text, text)
-    text = text if text.isprintable() else json.dumps(value, default=str)
-    return text if len(text) <= _LONGEST_SHOWN else text[: _LONGEST_SHOWN - 3] + "..."
+    if not text.isprintable():
+        text = json.dumps(value, default=str)
+    if len(text) > _LONGEST_SHOWN:
+        text = text[: _LONGEST_SHOWN - 3] + "..."
+    return text
 
 
 def published(schema: Any) -> Any:
     """The schema without Motorcade's own keywords."""
     if isinstance(schema, dict):
         return {key: published(value) for key, value in schema.items() if not key.startswith("x-")}
-    return [published(each) for each in schema] if isinstance(schema, list) else schema
+    if isinstance(schema, list):
+        return list(map(published, schema))
+    return schema
 
 
 def table(optional: tuple[str, ...] = (), /, **properties: Schema) -> Schema:
@@ -301,7 +335,10 @@ def whole(minimum: int, maximum: int, unit: str = "", **more: Any) -> Schema:
 
 def number(minimum: float, maximum: float, unit: str = "", **more: Any) -> Schema:
     """The schema of a number; sentences name its ``unit``, a phrase."""
-    return {"type": "number", "minimum": minimum, "maximum": maximum, **({"x-unit": unit} if unit else {}), **more}
+    schema: Schema = {"type": "number", "minimum": minimum, "maximum": maximum}
+    if unit:
+        schema["x-unit"] = unit
+    return schema | more
 
 
 def allowed_as(key: str, schema: Schema, **details: Any) -> Schema:
@@ -326,5 +363,7 @@ def flag(**more: Any) -> Schema:
 
 def list_of(items: Schema, least: int = 0, most: int | None = None, **more: Any) -> Schema:
     """The schema of a list; of any length where ``most`` is None."""
-    bounds = {"minItems": least} | ({} if most is None else {"maxItems": most})
-    return {"type": "array", "items": items, **bounds, **more}
+    schema: Schema = {"type": "array", "items": items, "minItems": least}
+    if most is not None:
+        schema["maxItems"] = most
+    return schema | more

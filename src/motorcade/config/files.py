@@ -111,10 +111,11 @@ def parse(data: bytes | str, kind: Kind, file: str | Phrase, deepest: int | None
     ``deepest`` (None: than Python's reader goes); duplicate-key where JSON has a key twice in one pair of braces.
     """
     try:
-        text = decoded(data) if isinstance(data, bytes) else data
+        if isinstance(data, bytes):
+            data = decoded(data)
         # Raises where it has half a surrogate pair, which no sentence about it could hold.
-        text.encode()
-        document = _from_toml(text) if kind == "TOML" else _from_json(text, file)
+        data.encode()
+        document = _from_toml(data) if kind == "TOML" else _from_json(data, file)
         if deepest is None or not is_deeper(document, deepest):
             return document
         reason = Phrase("too-deep")
@@ -188,12 +189,12 @@ def is_deeper(document: Any, deepest: int) -> bool:
     """Whether ``document`` nests more than ``deepest`` tables or lists."""
     level = [document]
     for _ in range(deepest):
-        level = [
-            child
-            for parent in level
-            if isinstance(parent, dict | list)
-            for child in (parent.values() if isinstance(parent, dict) else parent)
-        ]
+        parents, level = level, []
+        for parent in parents:
+            if isinstance(parent, dict):
+                level += parent.values()
+            elif isinstance(parent, list):
+                level += parent
         if not level:
             return False
     return True
@@ -206,8 +207,12 @@ def place_text(place: tuple[str | int, ...]) -> str | Phrase:
         if isinstance(part, int):
             text += f"[{part}]"
             continue
-        key = part if part.isprintable() and len(part) <= _LONGEST_KEY else ascii(part[:_LONGEST_KEY])
-        text += f".{key}" if text else key
+        if text:
+            text += "."
+        if part.isprintable() and len(part) <= _LONGEST_KEY:
+            text += part
+        else:
+            text += ascii(part[:_LONGEST_KEY])
     return text or Phrase("whole-document")
 
 

@@ -126,30 +126,38 @@ _LISTS = {
     "avoid_radii_mm": (4, False),
 }
 # The profile's tables, by their names.
-_TABLES: dict[str, Any] = {each.name: each.type for each in fields(Profile) if is_dataclass(each.type)}
+_TABLES: dict[str, Any] = {field.name: field.type for field in fields(Profile) if is_dataclass(field.type)}
 
 
 @cache
 def profile_schema() -> Schema:
     """The JSON Schema of a profile. A field that its class gives a default may be left out."""
     lists = {name: _levels(count, starts_at_zero) for name, (count, starts_at_zero) in _LISTS.items()}
-    tables = {name: table(**{each.name: _schema_of(each) for each in fields(kind)}) for name, kind in _TABLES.items()}
-    # A table whose keys all have defaults may be left out.
-    tables = {name: schema if schema["required"] else schema | {"default": {}} for name, schema in tables.items()}
+    tables = {}
+    for name, kind in _TABLES.items():
+        schema = table(**{field.name: _schema_of(field) for field in fields(kind)})
+        # A table whose keys all have defaults may be left out.
+        if not schema["required"]:
+            schema["default"] = {}
+        tables[name] = schema
     return table(**lists, idle_state_ms=whole(1, _MOST), **tables)
 
 
 def _levels(count: int, starts_at_zero: bool) -> Schema:
     schema = list_of(whole(1, _MOST), count, count)
-    return {**schema, "prefixItems": [{"enum": [0]}]} if starts_at_zero else schema
+    if starts_at_zero:
+        schema["prefixItems"] = [{"enum": [0]}]
+    return schema
 
 
 def _schema_of(field: Any) -> Schema:
     if isinstance(field.default, bool):
         return flag(default=field.default)
     most = _SMALLER.get(field.name, _MOST)
+    if field.default is MISSING:
+        return whole(1, most)
     # Where a key is 0 unless it is there, 0 switches off what it limits.
-    return whole(1, most) if field.default is MISSING else whole(min(field.default, 1), most, default=field.default)
+    return whole(min(field.default, 1), most, default=field.default)
 
 
 @lru_cache(maxsize=32)
@@ -191,7 +199,9 @@ def profile_from_dict(document: Any, name: str) -> Profile:
         if list(levels) != sorted(set(levels)):
             raise InputError("levels-not-rising", file=file, key=key, value=values[key])
         values[key] = levels
-    profile = Profile(name=name, **{**values, **{key: kind(**values[key]) for key, kind in _TABLES.items()}})
+    for key, kind in _TABLES.items():
+        values[key] = kind(**values[key])
+    profile = Profile(name=name, **values)
     _check_times(profile, file)
     return profile
 

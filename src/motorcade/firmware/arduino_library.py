@@ -6,14 +6,12 @@ import zipfile
 from collections.abc import Iterable
 from pathlib import Path
 
-from motorcade.config.pins import CHIPS, INPUTS, PinMap, VoiceMap
+from motorcade.config.chips import CHIPS
+from motorcade.config.pins import INPUTS, PinMap, VoiceMap
 from motorcade.config.profile import Profile, levels_of
 from motorcade.errors import MotorcadeError
 
 LIBRARY = "Motorcade"
-# The chips that the library has everything for. On the others a car sends no infrared and hears no voice.
-WHOLE_CARS = ("arduino-uno", "arduino-mega")
-PLATFORMS = (*WHOLE_CARS, "esp32", "rp2040")
 # The examples whose sketches serve every car: that of a whole one, and of another.
 SKETCH = "examples/Uno/Uno.ino"
 ANY_SKETCH = "examples/AnyBoard/AnyBoard.ino"
@@ -21,23 +19,16 @@ SETTINGS = "car.h"
 OWN_SKETCH = "Car"
 _SUFFIXES = (".ino", ".h", ".c", ".cpp", ".txt", ".properties", ".toml")
 _NO_PIN = "NO_PIN"
-# What MotorcadeParts.h has room for, and what an interrupt for each edge can follow.
+# What MotorcadeParts.h has room for.
 _LONGEST_PATTERN = 16
-_FASTEST_VOICE_BAUD = 19200
-_UNO = PLATFORMS[0]
-# What the compilers define for each chip. All chips of the ESP32's family are ARDUINO_ARCH_ESP32, with other pins.
-_MACROS = {
-    "arduino-uno": ("__AVR_ATmega328P__", "__AVR_ATmega328__"),
-    "arduino-mega": ("__AVR_ATmega2560__", "__AVR_ATmega1280__"),
-    "esp32": ("CONFIG_IDF_TARGET_ESP32",),
-    "rp2040": ("ARDUINO_ARCH_RP2040",),
-}
 
 
 def library_folder() -> Path:
     """Return the folder of the library: in the package, or beside the sources of a clone."""
     packaged = Path(__file__).with_name("arduino")
-    return packaged if packaged.is_dir() else Path(__file__).parents[3] / "firmware" / "arduino"
+    if packaged.is_dir():
+        return packaged
+    return Path(__file__).parents[3] / "firmware" / "arduino"
 
 
 def library_files() -> dict[str, bytes]:
@@ -65,10 +56,15 @@ def sketch_files(
     Raises:
         MotorcadeError: no Arduino car can be wired like this.
     """
-    example = SKETCH if pins.chip.name in WHOLE_CARS else ANY_SKETCH
+    example = ANY_SKETCH
+    if pins.chip.is_whole_arduino:
+        example = SKETCH
     sketch = (library_folder() / example).read_text(encoding="utf-8")
-    sketch = re.sub(r"(?<=bool LEADS = )\w+", "true" if is_leader else "false", sketch)
-    sketch = re.sub(r"(?<=uint32_t NUMBER = )\w+", f"{number}U" if number >> 15 else str(number), sketch)
+    sketch = re.sub(r"(?<=bool LEADS = )\w+", str(is_leader).lower(), sketch)
+    literal = str(number)
+    if number >> 15:
+        literal += "U"
+    sketch = re.sub(r"(?<=uint32_t NUMBER = )\w+", literal, sketch)
     folder = f"examples/{OWN_SKETCH}"
     return {
         f"{folder}/{OWN_SKETCH}.ino": sketch.encode(),
@@ -114,15 +110,24 @@ def _header(about: list[str], guard: list[str], pins: PinMap, profile: Profile, 
         "infrared_receiver": _pin(pins, "infrared", "receiver"),
         "infrared_sender": _pin(pins, "infrared", "sender"),
         "voice": _pin(pins, "voice", "receive"),
-        "voice_baud": voice.baud if voice else 0,
-        "voice_patterns": "VOICE_PATTERNS" if voice else "nullptr",
-        "voice_pattern_count": len(voice.patterns) if voice else 0,
+        "voice_baud": 0,
+        "voice_patterns": "nullptr",
+        "voice_pattern_count": 0,
     }
+    patterns: list[str] = []
+    if voice:
+        fields |= {
+            "voice_baud": voice.baud,
+            "voice_patterns": "VOICE_PATTERNS",
+            "voice_pattern_count": len(voice.patterns),
+        }
+        patterns = [
+            "static const motorcade::VoicePattern VOICE_PATTERNS[] = {",
+            *map(_pattern, voice.patterns),
+            "};",
+            "",
+        ]
     lines = [f"    {value},  // {name}" for name, value in fields.items()]
-    patterns = []
-    for data, word in voice.patterns if voice else ():
-        escaped = "".join(f"\\{byte:03o}" for byte in data)
-        patterns.append(f'    {{"{escaped}", {len(data)}, {word}}},')
     return "\n".join(
         [
             *about,
@@ -134,7 +139,7 @@ def _header(about: list[str], guard: list[str], pins: PinMap, profile: Profile, 
             "",
             "using motorcade::NO_PIN;",
             "",
-            *(["static const motorcade::VoicePattern VOICE_PATTERNS[] = {", *patterns, "};", ""] if voice else []),
+            *patterns,
             "static const motorcade::CarSettings CAR = {",
             *lines,
             "};",
@@ -143,6 +148,12 @@ def _header(about: list[str], guard: list[str], pins: PinMap, profile: Profile, 
             "",
         ]
     )
+
+
+def _pattern(pattern: tuple[bytes, int]) -> str:
+    data, word = pattern
+    escaped = "".join(f"\\{byte:03o}" for byte in data)
+    return f'    {{"{escaped}", {len(data)}, {word}}},'
 
 
 def write_library(output: Path, files: dict[str, bytes]) -> None:
@@ -162,7 +173,7 @@ def write_library(output: Path, files: dict[str, bytes]) -> None:
 
 
 def _guard(pins: PinMap) -> list[str]:
-    names = " && ".join(f"!defined({name})" for name in _MACROS[pins.chip.name])
+    names = " && ".join(f"!defined({name})" for name in pins.chip.arduino)
     return [
         f"#if {names}",
         f'#error "This sketch is for the pins of this board: {pins.chip.title}. Choose it in the menu Tools. For '
@@ -173,26 +184,29 @@ def _guard(pins: PinMap) -> list[str]:
 
 
 def _check(pins: PinMap, voice: VoiceMap | None) -> None:
-    if pins.chip.name not in PLATFORMS:
-        raise MotorcadeError("no-arduino-for-chip", car=pins.name, known=" / ".join(PLATFORMS), chip=pins.chip.title)
+    chip = pins.chip
+    if not chip.arduino:
+        whole = [other.name for other in CHIPS if other.is_whole_arduino]
+        known = whole + sorted(other.name for other in CHIPS if other.arduino and not other.is_whole_arduino)
+        raise MotorcadeError("no-arduino-for-chip", car=pins.name, known=" / ".join(known), chip=chip.title)
     if pins.has("serial"):
         raise MotorcadeError("arduino-serial-is-usb", car=pins.name)
-    if pins.has("voice") and pins.chip.name not in WHOLE_CARS:
-        raise MotorcadeError("arduino-without-voice", car=pins.name, chip=pins.chip.title)
-    able = pins.chip.only.get("left_motor.enable", pins.chip.header)
+    if pins.has("voice") and not chip.is_whole_arduino:
+        raise MotorcadeError("arduino-without-voice", car=pins.name, chip=chip.title)
+    able = chip.only.get("left_motor.enable", chip.header)
     for wire in pins.wires:
         has_enable = pins.pin(wire.device.key, "enable") is not None
         is_pulsed = wire.device.key in ("left_motor", "right_motor") and not has_enable
         if is_pulsed and wire.pin not in able:
             # The car's sketch pulses the direction pins of a motor without enable.
             raise MotorcadeError(
-                "motor-needs-enable", car=pins.name, device=wire.device.key, pins=", ".join(map(pins.chip.label, able))
+                "motor-needs-enable", car=pins.name, device=wire.device.key, pins=", ".join(map(chip.label, able))
             )
     if pins.has("voice"):
         if voice is None:
             raise MotorcadeError("no-voice-map", car=pins.name)
-        if pins.chip.name == _UNO and voice.baud > _FASTEST_VOICE_BAUD:
-            raise MotorcadeError("voice-too-fast", car=pins.name, baud=voice.baud, most=_FASTEST_VOICE_BAUD)
+        if chip.fastest_voice_baud and voice.baud > chip.fastest_voice_baud:
+            raise MotorcadeError("voice-too-fast", car=pins.name, baud=voice.baud, most=chip.fastest_voice_baud)
         longest = max(len(data) for data, _ in voice.patterns)
         if longest > _LONGEST_PATTERN:
             raise MotorcadeError("voice-pattern-too-long", car=pins.name, count=longest, most=_LONGEST_PATTERN)
@@ -200,7 +214,9 @@ def _check(pins: PinMap, voice: VoiceMap | None) -> None:
 
 def _pin(pins: PinMap, device: str, role: str) -> str:
     pin = pins.pin(device, role)
-    return _NO_PIN if pin is None else str(pin)
+    if pin is None:
+        return _NO_PIN
+    return str(pin)
 
 
 def _list(values: Iterable[object]) -> str:

@@ -12,6 +12,7 @@ import serial
 from mpremote.transport import TransportError, TransportExecError
 from mpremote.transport_serial import SerialTransport
 
+from motorcade.config.chips import MICROPYTHON
 from motorcade.errors import MotorcadeError, TransferError
 from motorcade.upload.serial_port import open_error, port_name, serial_line
 
@@ -61,10 +62,12 @@ class Facts(NamedTuple):
 
         All of the ESP32's family have its platform, but other pins.
         """
-        if self.platform == "rp2":
-            return "rp2350" if "RP2350" in self.machine else "rp2040"
-        relative = _OTHER_ESP32.search(self.machine)
-        return relative[0] if relative else self.platform
+        if relative := _OTHER_ESP32.search(self.machine):
+            return relative[0]
+        for name, (firmware, _) in MICROPYTHON.items():
+            if self.platform == firmware.platform and firmware.machine in self.machine:
+                return name
+        return self.platform
 
 
 class BoardPrompt:

@@ -12,17 +12,13 @@ from pathlib import Path
 from typing import Any
 
 from motorcade.boards.on_chip.power_on import SETTINGS_FILE, SETTINGS_FORMAT
+from motorcade.config.chips import CHIPS
 from motorcade.config.pins import INPUTS, PinMap, VoiceMap
 from motorcade.config.profile import Profile, levels_of
 from motorcade.errors import MotorcadeError
 from motorcade.imports import PACKAGE, needed_files
 
 MAIN = "main.py"
-# Which chip's pin files each chip takes: a Pico 2 has the pins of a Pico.
-PIN_FILES = {"esp32": "esp32", "rp2040": "rp2040", "rp2350": "rp2040"}
-_ESP32_UARTS = {"serial": 1, "voice": 2}
-# An ESP32's second UART sends on this pin, even if it is set up only to receive.
-_ESP32_VOICE_SENDS_AT = 17
 # The folder that MicroPython searches for modules.
 LIBRARY = "lib"
 # What only some cars need, by the setting that asks for it: those modules are imported inside functions.
@@ -36,7 +32,9 @@ EXTRAS = {
 def templates() -> Path:
     """Return the folder of main.py and of the pin files: in the package, or beside the sources of a clone."""
     packaged = Path(__file__).with_name("micropython")
-    return packaged if packaged.is_dir() else PACKAGE.parents[1] / "firmware" / "micropython"
+    if packaged.is_dir():
+        return packaged
+    return PACKAGE.parents[1] / "firmware" / "micropython"
 
 
 def board_files(settings: dict[str, Any]) -> dict[str, bytes]:
@@ -46,8 +44,9 @@ def board_files(settings: dict[str, Any]) -> dict[str, bytes]:
     files: dict[str, bytes] = {}
     for file in sorted(needed_files(starts, lazily=False) - {main}):
         path = f"{LIBRARY}/{PACKAGE.name}/{file.relative_to(PACKAGE).as_posix()}"
-        # Motorcade's own __init__ needs CPython's importlib.
-        files[path] = b"" if file == PACKAGE / "__init__.py" else file.read_bytes()
+        files[path] = file.read_bytes()
+    # Motorcade's own needs CPython's importlib.
+    files[f"{LIBRARY}/{PACKAGE.name}/__init__.py"] = b""
     files[SETTINGS_FILE] = json.dumps(settings).encode()
     files[MAIN] = main.read_bytes()
     return files
@@ -68,8 +67,8 @@ def settings_of(
     Raises:
         MotorcadeError: no MicroPython car can be wired like this.
     """
-    if pins.chip.name not in PIN_FILES.values():
-        known = " / ".join(sorted(set(PIN_FILES.values())))
+    if not pins.chip.micropython:
+        known = " / ".join(sorted(chip.name for chip in CHIPS if chip.micropython))
         raise MotorcadeError("no-micropython-for-chip", car=pins.name, known=known, chip=pins.chip.title)
     settings: dict[str, Any] = {
         "format": SETTINGS_FORMAT,
@@ -108,11 +107,11 @@ def _pins(pins: PinMap) -> dict[str, dict[str, int]]:
 def _uart(pins: PinMap, device: str) -> int:
     """Return which UART the device's pins lead to. Raises MotorcadeError where there is none or it is in use."""
     wires = {wire.role.key: wire.pin for wire in pins.wires if wire.device.key == device}
-    if pins.chip.name == "esp32":
-        others = [wire.pin for wire in pins.wires if wire.device.key != "voice"]
-        if device == "voice" and _ESP32_VOICE_SENDS_AT in others:
-            raise MotorcadeError("pin-of-voice-uart", car=pins.name, pin=_ESP32_VOICE_SENDS_AT)
-        return _ESP32_UARTS[device]
+    if pins.chip.uarts:
+        sends_at = pins.chip.sends_at.get(device)
+        if sends_at in [wire.pin for wire in pins.wires if wire.device.key != device]:
+            raise MotorcadeError("pin-of-voice-uart", car=pins.name, pin=sends_at)
+        return pins.chip.uarts[device]
     uarts = set()
     for role, pin in wires.items():
         # GP0 sends and GP1 receives for UART 0, GP4 and GP5 for UART 1, and so on in this order: 0 1 1 0 0 1 1.

@@ -12,10 +12,11 @@ from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 from motorcade.boards.on_chip.power_on import KEYS_NEED_VERSION, NEEDED_VERSION
+from motorcade.config.chips import MICROPYTHON
 from motorcade.config.pins import PinMap, load_pins
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.firmware.board_prompt import BoardPrompt, Facts
-from motorcade.firmware.car_files import EXTRAS, LIBRARY, MAIN, PIN_FILES, board_files, templates
+from motorcade.firmware.car_files import EXTRAS, LIBRARY, MAIN, board_files, templates
 
 _FOREIGN_MAIN = "main_before_motorcade.py"
 # What mpy-cross makes; MicroPython 1.19 and later read it.
@@ -57,8 +58,9 @@ def car_files(settings: dict[str, Any], bytecode: int = BYTECODE_VERSION) -> dic
 
 
 def default_pins(chip: str) -> PinMap:
-    """Read the pin file that comes with Motorcade for a chip of PIN_FILES."""
-    return load_pins(templates() / f"{PIN_FILES[chip]}.toml")
+    """Read the pin file that comes with Motorcade for a chip of MICROPYTHON."""
+    _, wired_like = MICROPYTHON[chip]
+    return load_pins(templates() / f"{wired_like.name}.toml")
 
 
 def install(
@@ -85,7 +87,10 @@ def install(
         facts = prompt.facts()
         chip = _chip(port, facts, pins)
         settings = settings_for(pins or default_pins(chip))
-        _check_version(port, facts, KEYS_NEED_VERSION if "keys" in settings else NEEDED_VERSION)
+        needed_version = NEEDED_VERSION
+        if "keys" in settings:
+            needed_version = KEYS_NEED_VERSION
+        _check_version(port, facts, needed_version)
         files = car_files(settings, facts.bytecode)
         differing = {path: data for path, data in files.items() if prompt.checksum(f"/{path}") != sha256(data).digest()}
         stale = _stale(files, settings, prompt.sizes(f"/{LIBRARY}"))
@@ -95,7 +100,9 @@ def install(
         prompt.restart()
     finally:
         prompt.close()
-    form = "mpy" if any(path.endswith(".mpy") for path in files) else "py"
+    form = "py"
+    if any(path.endswith(".mpy") for path in files):
+        form = "mpy"
     return Installed(chip, len(files), len(differing), sum(map(len, differing.values())), form)
 
 
@@ -111,17 +118,21 @@ def _stale(files: dict[str, bytes], settings: dict[str, Any], there: dict[str, i
 
 def _chip(port: str, facts: Facts, chosen: PinMap | None) -> str:
     found = facts.chip
-    wanted = chosen.chip.name if chosen else None
-    if found not in PIN_FILES or (wanted and wanted != PIN_FILES[found]):
-        reason = Phrase("pin-file-is-for", chip=wanted) if wanted else Phrase("cars-run-on", chips=", ".join(PIN_FILES))
-        raise MotorcadeError("another-chip", port=port, found=found, wanted=reason)
-    return found
+    _, wired_like = MICROPYTHON.get(found, (None, None))
+    if chosen and chosen.chip != wired_like:
+        reason = Phrase("pin-file-is-for", chip=chosen.chip.name)
+    elif wired_like is None:
+        reason = Phrase("cars-run-on", chips=", ".join(sorted(MICROPYTHON)))
+    else:
+        return found
+    raise MotorcadeError("another-chip", port=port, found=found, wanted=reason)
 
 
 def _check_version(port: str, facts: Facts, needed_version: tuple[int, ...]) -> None:
     if facts.version < needed_version:
-        version, needed = (".".join(map(str, each)) for each in (facts.version, needed_version))
-        raise MotorcadeError("old-micropython", port=port, found=version, needed=needed)
+        found = ".".join(map(str, facts.version))
+        needed = ".".join(map(str, needed_version))
+        raise MotorcadeError("old-micropython", port=port, found=found, needed=needed)
 
 
 def _check_room(port: str, facts: Facts, differing: dict[str, bytes], stale: dict[str, int]) -> None:

@@ -39,8 +39,7 @@ _LEVELS = {str(level): level for level in range(4)}
 _NOWHERE: Block = {}
 # Each field of a kind: its name in a block, its name in the step, and whether it is a menu of levels.
 _FIELDS = {
-    kind: [(each.name.upper(), each.name, "menu" in each.metadata) for each in own_fields(kind)]
-    for kind in KINDS.values()
+    kind: [(own.name.upper(), own.name, "menu" in own.metadata) for own in own_fields(kind)] for kind in KINDS.values()
 }
 _HAT_AT = {"x": 24, "y": 24}
 
@@ -112,12 +111,15 @@ def _steps(
                 faults.extend(problem.diagnostics)
                 continue
             if leads and own != {"accept_ir": False}:
-                fixes = [Fix("forward", "same")] if "forward" in own else []
+                fixes = []
+                if "forward" in own:
+                    fixes.append(Fix("forward", "same"))
                 if own.get("accept_ir") is not False:
                     fixes.append(Fix("accept_ir", "no"))
-                # Where two values are wrong, one isn't enough.
-                refused = _refused("leader-accepts-ir", path, block, fixes if len(fixes) == 1 else ())
-                faults.extend(refused.diagnostics)
+                if len(fixes) > 1:
+                    # Where two values are wrong, one isn't enough.
+                    fixes.clear()
+                faults.extend(_refused("leader-accepts-ir", path, block, fixes).diagnostics)
                 own = {}
             yield from row(_inside(block, path), flags | own, depth + 1)
 
@@ -142,14 +144,16 @@ def _step(
     if kind == TogetherStep.kind:
         document[kind] = _steps(_inside(block, path), f"{path}.{kind}", faults, leads, depth + 1, inside=True)
         return document
-    # Such a step in a together has no fields: it lasts as long as the together.
-    has_fields = not (inside and KINDS[kind].accompanies)
-    fields = _object(block.get("fields"), path, block) if has_fields else {}
-    content = {
-        name: _chosen(fields[capitals], _LEVELS) if is_menu else fields[capitals]
-        for capitals, name, is_menu in _FIELDS[KINDS[kind]]
-        if capitals in fields
-    }
+    content: dict[str, Any] = {}
+    # A step that accompanies others has no fields in a together: it lasts as long as the together.
+    if not (inside and KINDS[kind].accompanies):
+        fields = _object(block.get("fields"), path, block)
+        for capitals, name, is_menu in _FIELDS[KINDS[kind]]:
+            if capitals not in fields:
+                continue
+            content[name] = fields[capitals]
+            if is_menu:
+                content[name] = _chosen(fields[capitals], _LEVELS)
     if kind == RepeatStep.kind:
         content["steps"] = _steps(_inside(block, path), f"{path}.{kind}.steps", faults, leads, depth + 1)
     return {**document, kind: content}
@@ -158,12 +162,15 @@ def _step(
 def field_value(name: str, value: Any, in_hat: bool = False) -> tuple[str, Any]:
     """Return the field of a block, and what it holds, for a value of a step or of the followers' settings."""
     if name == "dwell_seconds":
-        return "DWELL", "auto" if value is None else str(plain(value))
+        if value is None:
+            return "DWELL", "auto"
+        return "DWELL", str(plain(value))
     if value is None:
         return name.upper(), ""
-    if isinstance(value, bool):
-        choices = _TICKS if in_hat else _CHOICES
-        value = next(choice for choice, meaning in choices.items() if meaning is value)
+    if isinstance(value, bool) and in_hat:
+        value = "TRUE" if value else "FALSE"
+    elif isinstance(value, bool):
+        value = _CHOICE_OF[value]
     return name.upper(), value
 
 
@@ -178,8 +185,10 @@ def holder_of(workspace: Workspace, block_id: str | None, name: str) -> Block:
         for block in _chain(first, ""):
             if block.get("id") == block_id:
                 return holder
-            is_one = block.get("type") == INFRARED and name in _own_flags(block, "")
-            if found := find(_inside(block, ""), block if is_one else holder):
+            inner = holder
+            if block.get("type") == INFRARED and name in _own_flags(block, ""):
+                inner = block
+            if found := find(_inside(block, ""), inner):
                 return found
         return None
 
@@ -194,7 +203,9 @@ def _hat(workspace: Any, kind: str, path: str) -> Block:
     hats = [block for block in blocks if isinstance(block, dict) and block.get("type") == kind]
     if len(hats) > 1:
         raise _refused("second-hat", path, hats[1], [Fix(DELETE)])
-    return hats[0] if hats else _NOWHERE
+    if not hats:
+        return _NOWHERE
+    return hats[0]
 
 
 def _of_hat(hat: Block) -> dict[str, Any]:
@@ -204,7 +215,9 @@ def _of_hat(hat: Block) -> dict[str, Any]:
     if "TAGGED" in fields:
         settings["tagged"] = _chosen(fields["TAGGED"], _TAGGED)
     dwell = fields.get("DWELL", "auto")
-    return settings if dwell == "auto" else {**settings, "dwell_seconds": _number(dwell)}
+    if dwell != "auto":
+        settings["dwell_seconds"] = _number(dwell)
+    return settings
 
 
 def _hat_fields(followers: Followers) -> dict[str, Any]:
@@ -261,7 +274,9 @@ def _own_flags(block: Block, path: str) -> _Flags:
 
 def _chosen(value: Any, meanings: Mapping[str, Any]) -> Any:
     """Return the meaning of a menu's or a checkbox's text; the schema refuses any other value later."""
-    return meanings.get(value, value) if isinstance(value, str) else value
+    if not isinstance(value, str):
+        return value
+    return meanings.get(value, value)
 
 
 def _number(text: Any) -> Any:
@@ -273,7 +288,9 @@ def _number(text: Any) -> Any:
 
 def plain(value: Any) -> Any:
     """Return a whole number as an integer: 2 for 2.0; any other value as it is."""
-    return int(value) if isinstance(value, float) and value.is_integer() else value
+    if isinstance(value, float) and value.is_integer():
+        return int(value)
+    return value
 
 
 def _blocks(steps: Sequence[Step], path: str, depth: int) -> Block | None:
@@ -283,7 +300,8 @@ def _blocks(steps: Sequence[Step], path: str, depth: int) -> Block | None:
         if flags == (None, None):
             row += [_block(step, path, depth) for step in group]
         else:
-            fields = {name.upper(): _CHOICE_OF[flag] for name, flag in zip(_SETTINGS, flags, strict=True)}
+            accept_ir, forward = flags
+            fields = {"ACCEPT_IR": _CHOICE_OF[accept_ir], "FORWARD": _CHOICE_OF[forward]}
             inside = _row_of([_block(step, path, depth + 1) for step in group], path)
             row.append(_with_inside({"type": INFRARED, "fields": fields}, inside))
     return _row_of(row, path)
@@ -295,16 +313,21 @@ def _block(step: Step, path: str, depth: int) -> Block:
     block: Block = {"type": f"{PREFIX}{step.kind}"}
     if step.id is not None:
         block["id"] = step.id
-    block["fields"] = {
-        capitals: str(value) if is_menu else value
-        for capitals, name, is_menu in _FIELDS[type(step)]
-        if (value := getattr(step, name)) is not None
-    }
+    fields = block["fields"] = {}
+    for capitals, name, is_menu in _FIELDS[type(step)]:
+        value = getattr(step, name)
+        if value is None:
+            continue
+        fields[capitals] = value
+        if is_menu:
+            fields[capitals] = str(value)
     return _with_inside(block, _blocks(step.inside, path, depth + 1))
 
 
 def _with_inside(block: Block, first: Block | None) -> Block:
-    return {**block, "inputs": {"STEPS": {"block": first}}} if first else block
+    if first is None:
+        return block
+    return {**block, "inputs": {"STEPS": {"block": first}}}
 
 
 def _row_of(row: Sequence[Block], path: str) -> Block | None:
@@ -313,7 +336,9 @@ def _row_of(row: Sequence[Block], path: str) -> Block | None:
         raise ProgramError([error("too-many-in-a-row", path, most=MOST_IN_A_ROW)])
     below = None
     for block in reversed(row):
-        below = {**block, "next": {"block": below}} if below else block
+        if below:
+            block = {**block, "next": {"block": below}}
+        below = block
     return below
 
 
@@ -330,5 +355,7 @@ def _refused(
     code: str, path: str, block: Mapping[str, Any], fixes: Sequence[Fix] = (), **arguments: Any
 ) -> ProgramError:
     block_id = block.get("id")
-    problem = error(code, path, block_id if isinstance(block_id, str) else None, **arguments)
+    if not isinstance(block_id, str):
+        block_id = None
+    problem = error(code, path, block_id, **arguments)
     return ProgramError([problem.with_fixes(*fixes)])

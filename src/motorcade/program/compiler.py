@@ -1,4 +1,30 @@
-"""Compile a program to its image: the words, the step that each comes from, and errors and warnings."""
+"""Compile a program to its image: the words, the step that each comes from, and errors and warnings.
+
+How it works
+============
+
+A word has a duration for each of its parts (motor, LED, avoidance), and each duration is one of four levels of the
+profile. Steps may last any sum of levels, may contain others, and may be repeated. So the compiler does three things,
+for the leader and for the followers by themselves:
+
+1. `motorcade.program.expansion.Expander` checks each step and unrolls repeats: the result is a row of items, one for
+   each time that a step is done.
+2. The **leader** executes its words one after another. An item becomes the fewest words whose lengths add up to its
+   duration (`motorcade.program.parts.cut`); parts that go on are continued by the next word, and a part that is over
+   is left out of it. An item that no sum of levels can express is refused with the nearest durations that can be.
+3. The **followers** hear each word again and again for one dwell, then the next word. So every item has to last a
+   whole number of dwells, and is sent as words that count down what is left of it. The compiler tries the dwells of
+   the profile, the longest first, and takes the first that fits with at most 255 words and keeps step (`best_round`;
+   the docstring of `motorcade.program.expansion` says what that means). Where the program names a dwell, each step is
+   one word.
+
+Whether follower words travel with a tag is decided before, since tagged words may repeat: with "auto" they do where
+some word is passed on, unless one bare word says it all.
+
+Nothing stops at the first mistake: each one becomes a `Diagnostic` at its step, with the values that would fix it.
+Words come only from a program without errors. ``origins`` leads back from each word to its step, so that a page can
+show which block a car executes.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -64,7 +90,7 @@ class Compiled:
     def image(self) -> bytes:
         """The image's bytes. Raises ProgramError where the program has errors."""
         if has_errors(self.diagnostics):
-            raise ProgramError(each for each in self.diagnostics if each.severity == "error")
+            raise ProgramError(found for found in self.diagnostics if found.severity == "error")
         return words_to_bytes(self.words)
 
 
@@ -80,11 +106,21 @@ def compile_program(program: Program, profile: Profile | None = None) -> Compile
     words: tuple[int, ...] = ()
     origins: tuple[tuple[str, str | None], ...] = ()
     if not has_errors(diagnostics):
-        level = profile.dwell_ms.index(followers.dwell_ms) if followers.words else -1
+        level = -1
+        if followers.words:
+            level = profile.dwell_ms.index(followers.dwell_ms)
         words = image_words(Image(leader.words, followers.words, level, int(followers.tagged)))
-        origins = (("", None), *((item.path, item.id) for item in (*leader.origins, *followers.origins)))
-    counts = (leader.count, followers.count, followers.dwell_ms, followers.tagged)
-    return Compiled(words, *counts, diagnostics, origins)
+        items = leader.origins + followers.origins
+        origins = (("", None), *((item.path, item.id) for item in items))
+    return Compiled(
+        words,
+        leader.count,
+        followers.count,
+        followers.dwell_ms,
+        followers.tagged,
+        diagnostics,
+        origins,
+    )
 
 
 class _Leader:
@@ -98,29 +134,34 @@ class _Leader:
         row = expander.expand(steps, "leader", accept_ir=False, forward=True)
         self.diagnostics = expander.diagnostics
         self.count = row.states
-        is_fine = not has_errors(self.diagnostics)
-        if is_fine and not row.items:
-            self.diagnostics.append(warning("empty-program", "leader"))
-        if is_fine and self.count > MOST_PIECES:
-            costs = [expander.expand([step], "", accept_ir=False, forward=True).states for step in steps]
-            self.diagnostics.append(_too_many("too-many-states", "leader", steps, self.count, costs, levels_ms[-1]))
-            return
-        levels = {duration: level for level, duration in enumerate(levels_ms)}
+        if not has_errors(self.diagnostics):
+            if not row.items:
+                self.diagnostics.append(warning("empty-program", "leader"))
+            if self.count > MOST_PIECES:
+                costs = [expander.expand([step], "", accept_ir=False, forward=True).states for step in steps]
+                self.diagnostics.append(_too_many("too-many-states", "leader", steps, self.count, costs, levels_ms[-1]))
+                return
         refused: set[str] = set()
         for item in row.items:
             pieces = cut_for_leader(item, levels_ms)
-            if pieces is None:
+            if pieces is not None:
+                self._add(item, pieces, levels_ms)
+            elif item.path not in refused:
                 # A repeated step comes several times.
-                if item.path not in refused:
-                    self.diagnostics.append(_not_expressible_together(item, levels_ms))
+                self.diagnostics.append(_not_expressible_together(item, levels_ms))
                 refused.add(item.path)
-                continue
-            begin_ms = 0
-            for length_ms in pieces or (0,):
-                parts = item.parts if len(pieces) <= 1 else slice_of(item.parts, begin_ms, length_ms)
-                self.words.append(control_word(parts, levels, 0, 1))
-                self.origins.append(item)
-                begin_ms += length_ms
+
+    def _add(self, item: Item, pieces: tuple[int, ...], levels_ms: tuple[int, ...]) -> None:
+        """Add the words of an item that is cut into pieces; an item of 0 s has none, and takes one word."""
+        levels = {duration: level for level, duration in enumerate(levels_ms)}
+        begin_ms = 0
+        for length_ms in pieces or (0,):
+            parts = item.parts
+            if len(pieces) > 1:
+                parts = slice_of(parts, begin_ms, length_ms)
+            self.words.append(control_word(parts, levels, 0, 1))
+            self.origins.append(item)
+            begin_ms += length_ms
 
 
 class _Followers:
@@ -150,16 +191,23 @@ class _Followers:
             self.diagnostics.append(warning("empty-program", path))
             return
         self.count = self._fewest_words(row)
-        found = self._round() if self.count <= MOST_PIECES else None
+        found = None
+        if self.count <= MOST_PIECES:
+            found = self._round()
         if found:
             self.count = len(found.words)
         if self.count > MOST_PIECES:
             rows = [expander.expand([step], "", accept_ir=True, forward=False) for step in followers.steps]
-            costs = [each.total_ms // found.dwell_ms if found else self._fewest_words(each) for each in rows]
-            word_ms = found.dwell_ms if found else 0
+            word_ms = 0
+            costs = [self._fewest_words(step_row) for step_row in rows]
+            if found:
+                word_ms = found.dwell_ms
+                costs = [step_row.total_ms // word_ms for step_row in rows]
             self.diagnostics.append(_too_many("too-many-words", path, followers.steps, self.count, costs, word_ms))
         elif found:
-            self.words, self.dwell_ms, self.tagged = found.words, found.dwell_ms, self._tagged
+            self.words = found.words
+            self.dwell_ms = found.dwell_ms
+            self.tagged = self._tagged
             self.origins = [row.items[position] for position in found.origins]
             self._warn()
 
@@ -178,7 +226,9 @@ class _Followers:
         if self._followers.dwell_seconds is not None:
             return row.states
         dwell_ms = longest_dwell_ms(self._items, self._profile, self._tagged)
-        return row.total_ms // dwell_ms if dwell_ms else 0
+        if dwell_ms is None:
+            return 0
+        return row.total_ms // dwell_ms
 
     def _round(self) -> Round | None:
         """Return the round in which the words are sent; None, with an error, where there is none."""
@@ -204,26 +254,34 @@ class _Followers:
 
     def _refuse_items(self) -> bool:
         """Add an error for each step that can't be expressed, whatever the others are; return whether there is one."""
-        dwell_seconds = self._followers.dwell_seconds
-        dwell_ms = None if dwell_seconds is None else to_ms(dwell_seconds)
-        fixes = [Fix("dwell_seconds", None)] if best_round(self._items, self._profile, self._tagged) else []
+        dwell_ms = None
+        if self._followers.dwell_seconds is not None:
+            dwell_ms = to_ms(self._followers.dwell_seconds)
+        fixes = []
+        if dwell_ms and best_round(self._items, self._profile, self._tagged):
+            fixes.append(Fix("dwell_seconds", None))
         refused: set[str] = set()
         for item in self._items:
             # A repeated step comes several times.
             if item.path in refused:
                 continue
-            reason = None
-            if dwell_ms in self._profile.dwell_ms:
-                if isinstance(literal_round([item], dwell_ms, self._profile), int):
-                    reason = Phrase("step-not-one-word", seconds=f"{item.total_ms / 1000:g}")
-            elif dwell_ms is None and not best_round([item], self._profile, self._tagged):
-                reason = Phrase("step-takes-no-time")
-                if any(item.durations_ms):
-                    reason = Phrase("step-not-a-dwell", seconds=f"{item.total_ms / 1000:g}")
+            reason = self._refusal(item, dwell_ms)
             if reason:
                 refused.add(item.path)
-                self._no_dwell(item.path, item.id, reason, *(fixes if dwell_ms else ()))
+                self._no_dwell(item.path, item.id, reason, *fixes)
         return bool(refused)
+
+    def _refusal(self, item: Item, dwell_ms: int | None) -> Phrase | None:
+        """Return why a step can't be expressed with a dwell, with any for None; None where it can."""
+        seconds = f"{item.total_ms / 1000:g}"
+        if dwell_ms in self._profile.dwell_ms:
+            if isinstance(literal_round([item], dwell_ms, self._profile), int):
+                return Phrase("step-not-one-word", seconds=seconds)
+        elif dwell_ms is None and not best_round([item], self._profile, self._tagged):
+            if any(item.durations_ms):
+                return Phrase("step-not-a-dwell", seconds=seconds)
+            return Phrase("step-takes-no-time")
+        return None
 
     def _no_dwell(self, path: str, step_id: str | None, reason: Phrase, *fixes: Fix) -> None:
         dwells = ", ".join(f"{dwell / 1000:g}" for dwell in self._profile.dwell_ms)
@@ -232,7 +290,9 @@ class _Followers:
 
     def _warn(self) -> None:
         """Warn of steps in which followers are deaf for longer than a word is sent, and of old words passed on."""
-        deaf, different, is_told = set(), len(set(self.words)), self.tagged
+        deaf: set[str] = set()
+        different = len(set(self.words))
+        is_told = self.tagged
         for word, item in zip(self.words, self.origins, strict=True):
             deaf_ms = length_ms(word, self._profile)
             if not word & _ACCEPT_IR and deaf_ms > self.dwell_ms and item.path not in deaf:
@@ -242,8 +302,10 @@ class _Followers:
                 self.diagnostics.append(problem.with_fixes(Fix("accept_ir", True)))
             if word & _FORWARD and different > 1 and not is_told:
                 is_told = True
-                fixes = [Fix("tagged", "auto")] if best_round(self._items, self._profile, tagged=True) else []
-                self.diagnostics.append(warning("echo", item.path, item.id, count=different).with_fixes(*fixes))
+                problem = warning("echo", item.path, item.id, count=different)
+                if best_round(self._items, self._profile, tagged=True):
+                    problem = problem.with_fixes(Fix("tagged", "auto"))
+                self.diagnostics.append(problem)
 
 
 def length_ms(word: int, profile: Profile) -> int:
@@ -253,9 +315,9 @@ def length_ms(word: int, profile: Profile) -> int:
 
 def _too_many(code: str, path: str, steps: Sequence[Step], count: int, costs: list[int], word_ms: int) -> Diagnostic:
     """Return the error for too many states or words, each of which lasts ``word_ms`` (0 where that is not known)."""
-    costliest = costs.index(max(costs))
-    place = f"{path}[{costliest}]"
     cost = max(costs)
+    costliest = costs.index(cost)
+    place = f"{path}[{costliest}]"
     if cost > 1:
         hint, page_hint = Phrase("shorten-step", place=place, cost=cost), Phrase("shorten-block", cost=cost)
     else:
@@ -275,10 +337,13 @@ def _not_expressible_together(item: Item, levels_ms: tuple[int, ...]) -> Diagnos
 
     def fits(seconds: float) -> bool:
         total_ms = round(seconds * 1000)
-        durations_ms = tuple(
-            total_ms if duration == item.total_ms else min(duration, total_ms) for duration in item.durations_ms
-        )
-        return cut(durations_ms, levels_ms[1:], levels_ms) is not None
+        durations_ms = []
+        for duration_ms in item.durations_ms:
+            if duration_ms == item.total_ms:
+                durations_ms.append(total_ms)
+            else:
+                durations_ms.append(min(duration_ms, total_ms))
+        return cut(tuple(durations_ms), levels_ms[1:], levels_ms) is not None
 
     seconds = item.total_ms / 1000
     below, above = nearest_sums(seconds, levels_ms)
@@ -288,5 +353,7 @@ def _not_expressible_together(item: Item, levels_ms: tuple[int, ...]) -> Diagnos
         if fits(above):
             break
         _, above = nearest_sums(above, levels_ms)
-    nearest = either(below, above) if fits(above) else Phrase("some-seconds", first=f"{below:g}")
+    nearest = Phrase("some-seconds", first=f"{below:g}")
+    if fits(above):
+        nearest = either(below, above)
     return error("duration-not-expressible", item.path, item.id, seconds=f"{seconds:g}", nearest=nearest)

@@ -138,9 +138,11 @@ def _followers(steps: list[Step], words: Sequence[int], dwell_seconds: float | N
     made = []
     for step, word in zip(steps, words, strict=True):
         values = CONTROL.decode(word)
-        accept_ir = None if values.accept_ir == first.accept_ir else bool(values.accept_ir)
-        forward = None if values.forward == first.forward else bool(values.forward)
-        made.append(replace(step, accept_ir=accept_ir, forward=forward))
+        if values.accept_ir != first.accept_ir:
+            step = replace(step, accept_ir=bool(values.accept_ir))
+        if values.forward != first.forward:
+            step = replace(step, forward=bool(values.forward))
+        made.append(step)
     return Followers(made, bool(first.accept_ir), bool(first.forward), dwell_seconds)
 
 

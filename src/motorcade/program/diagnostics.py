@@ -82,14 +82,16 @@ class Diagnostic:
 
     def as_dict(self, language: str = "en") -> dict[str, Any]:
         """The diagnostic for JSON."""
-        document = {
+        document: dict[str, Any] = {
             "code": self.code,
             "severity": self.severity,
             "message": self.sentence(language),
             "path": self.path,
             "id": self.id,
         }
-        return document if self.span is None else {**document, "line": self.span.line, "column": self.span.column}
+        if self.span is not None:
+            document |= {"line": self.span.line, "column": self.span.column}
+        return document
 
 
 def error(code: str, path: str, step_id: str | None = None, **details: Any) -> Diagnostic:
@@ -111,8 +113,14 @@ class _Problems(tuple[Diagnostic, ...]):
     __slots__ = ()
 
     def sentence(self, language: str = "en") -> str:
-        places = [(each.place(language), each.sentence(language)) for each in self]
-        return "; ".join(f"{place}: {sentence}" if place else sentence for place, sentence in places)
+        sentences = []
+        for problem in self:
+            sentence = problem.sentence(language)
+            place = problem.place(language)
+            if place:
+                sentence = f"{place}: {sentence}"
+            sentences.append(sentence)
+        return "; ".join(sentences)
 
     __str__ = sentence
 

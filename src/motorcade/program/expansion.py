@@ -104,22 +104,28 @@ class Expander:
     def _expand_step(self, step: Step, path: str, accept_ir: bool, forward: bool) -> Row:
         if self._leads:
             self._check_settings(step, path)
-        accept_ir = accept_ir if step.accept_ir is None else step.accept_ir
-        forward = forward if step.forward is None else step.forward
+        if step.accept_ir is not None:
+            accept_ir = step.accept_ir
+        if step.forward is not None:
+            forward = step.forward
         if isinstance(step, RepeatStep):
             once = self.expand(step.steps, f"{path}.repeat.steps", accept_ir, forward)
             states = once.states * step.times
-            times = step.times if states <= MOST_PIECES else 1
-            return Row(once.items * times, states, once.total_ms * step.times)
+            items = once.items
+            if states <= MOST_PIECES:
+                items = items * step.times
+            return Row(items, states, once.total_ms * step.times)
         if not self._check_step(step, path):
             return Row([], 0, 0)
         parts = parts_of(step)
         durations_ms = durations_of(parts)
         total_ms = max(durations_ms, default=0) or self._idle_ms
         item = Item(parts, durations_ms, total_ms, path, step.id, accept_ir, forward)
-        return Row([item], self._states_of(item) if self._leads else 1, total_ms)
+        return Row([item], self._states_of(item), total_ms)
 
     def _states_of(self, item: Item) -> int:
+        if not self._leads:
+            return 1
         if item.total_ms > MOST_PIECES * self._levels_ms[-1]:
             # At least so many.
             return -(-item.total_ms // self._levels_ms[-1])
@@ -149,13 +155,16 @@ class Expander:
         seen: dict[str, str] = {}
         for position, part in enumerate(step.steps):
             if part.group in seen:
-                first, second = Phrase(f"step-{seen[part.group]}"), Phrase(f"step-{part.kind}")
-                kinds = first if first == second else Phrase("one-and-other", first=first, second=second)
+                kinds = Phrase(f"step-{part.kind}")
+                other = Phrase(f"step-{seen[part.group]}")
+                if other != kinds:
+                    kinds = Phrase("one-and-other", first=other, second=kinds)
                 place = f"{path}.together[{position}]"
                 problem = error("parallel-conflict", place, part.id or step.id, kinds=kinds)
                 # Behind the together, a step that accompanies others would have no duration.
-                is_whole = part.id is not None and getattr(part, "seconds", None) is not None
-                self.diagnostics.append(problem.with_fixes(*([Fix(BEHIND)] if is_whole else [])))
+                if part.id is not None and getattr(part, "seconds", None) is not None:
+                    problem = problem.with_fixes(Fix(BEHIND))
+                self.diagnostics.append(problem)
             seen[part.group] = part.kind
 
     def _check_duration(self, step: Step, path: str, step_id: str | None) -> None:
@@ -169,7 +178,7 @@ class Expander:
         nearest = either(below, above)
         problem = error("duration-not-expressible", path, step.id or step_id, seconds=f"{seconds:g}", nearest=nearest)
         # 0 s is possible, yet nobody means it who writes half a second.
-        fixes = (Fix("seconds", each) for each in (below, above) if 0 < each <= LONGEST_S)
+        fixes = [Fix("seconds", value) for value in (below, above) if 0 < value <= LONGEST_S]
         self.diagnostics.append(problem.with_fixes(*fixes))
 
 
@@ -231,20 +240,24 @@ def round_with(items: list[Item], dwell_ms: int, profile: Profile, tagged: bool)
     words: list[int] = []
     keeps_step = True
     for number, (position, parts) in enumerate(slots):
-        item = items[position]
-        neighbours = set() if tagged else set(words[-1:])
-        if number and number == len(slots) - 1 and not tagged:
-            neighbours.add(words[0])
-        word = None
-        for word in _words(parts, item, dwell_ms, levels, tagged):
+        neighbours: set[int] = set()
+        if not tagged:
+            neighbours.update(words[-1:])
+            # The first word follows the last one.
+            if number == len(slots) - 1:
+                neighbours.update(words[:1])
+        first = None
+        for word in _words(parts, items[position], dwell_ms, levels, tagged):
+            if first is None:
+                first = word
             if word not in neighbours:
+                words.append(word)
                 break
         else:
-            if word is None:
+            if first is None:
                 return None
-            word = next(_words(parts, item, dwell_ms, levels, tagged))
+            words.append(first)
             keeps_step = False
-        words.append(word)
     return Round(dwell_ms, words, [position for position, _ in slots], keeps_step)
 
 
@@ -280,7 +293,9 @@ def _slots(item: Item, dwell_ms: int, profile: Profile) -> list[WordParts]:
     slots = []
     begin_ms = 0
     for length_ms in pieces or ():
-        piece = item.parts if length_ms == item.total_ms else slice_of(item.parts, begin_ms, length_ms)
+        piece = item.parts
+        if length_ms < item.total_ms:
+            piece = slice_of(piece, begin_ms, length_ms)
         slots.append(piece)
         slots.extend(slice_of(piece, offset_ms, length_ms) for offset_ms in range(dwell_ms, length_ms, dwell_ms))
         begin_ms += length_ms
@@ -315,11 +330,15 @@ def _stands_still(part: WordPart) -> bool:
 def _durations(part: WordPart, item: Item, dwell_ms: int, levels: dict[int, int], may_be_short: bool) -> list[int]:
     """Return the durations that a word may hold for a part that is not over yet, the simplest first."""
     left_ms = part.duration_ms
-    own = [left_ms] if left_ms in levels else []
+    own = []
+    if left_ms in levels:
+        own.append(left_ms)
     # The next word can't replace a deaf word early, and a block that ends within the dwell must end on time.
     if not item.accept_ir or left_ms < dwell_ms:
         return own
     others = [duration for duration in levels if duration >= dwell_ms and duration != left_ms]
     # Best is one that lasts beyond the dwell, so that the wheels don't stop while the next word is on its way.
     others.sort(key=lambda duration: (duration == dwell_ms, duration > left_ms, -duration))
-    return own + others if own or others or not may_be_short else [max(levels)]
+    if may_be_short and not own and not others:
+        return [max(levels)]
+    return own + others

@@ -54,8 +54,10 @@ def compile_project(data: bytes, file: Path) -> tuple[Compiled, Profile]:
     try:
         profile = load_profile(program.profile, file.parent)
     except MotorcadeError as problem:
-        wrong = [error("bad-profile", "profile", reason=problem)]
-        raise ProgramError(python.located(wrong) if python else wrong) from None
+        wrong: tuple[Diagnostic, ...] = (error("bad-profile", "profile", reason=problem),)
+        if python:
+            wrong = python.located(wrong)
+        raise ProgramError(wrong) from None
     compiled = compile_program(program, profile)
     if python:
         diagnostics = (*python.diagnostics, *python.located(compiled.diagnostics))

@@ -94,8 +94,10 @@ def _one_of(kinds: dict[str, Schema], common: dict[str, Schema]) -> Schema:
 
 def _fields_of(kind: type[Step], inside: bool = False, **more: Schema) -> Schema:
     """Return the schema of a step's own object; a step that accompanies others has no fields inside a together."""
-    own = () if inside and kind.accompanies else own_fields(kind)
-    return table(**{each.name: each.metadata["schema"] for each in own}, **more)
+    own = own_fields(kind)
+    if inside and kind.accompanies:
+        own = ()
+    return table(**{own_field.name: own_field.metadata["schema"] for own_field in own}, **more)
 
 
 @dataclass(frozen=True)
@@ -217,35 +219,30 @@ def program_from_dict(document: Any) -> Program:
     beside = {}
     if isinstance(document, dict):
         beside = {name: document[name] for name in BESIDE if name in document}
-        document = {
-            name: {} if name in BESIDE and isinstance(value, dict) else value for name, value in document.items()
-        }
+        document = document | {name: {} for name, content in beside.items() if isinstance(content, dict)}
     if is_deeper(document, DEEPEST):
         raise _not_json(Phrase("too-deep"))
     checked, faults = check(document, program_schema())
     if faults:
         raise ProgramError(_diagnostic(fault, document) for fault in faults)
-    followers = checked["followers"]
-    return Program(
-        leader=map(_step_from, checked["leader"]),
-        followers=followers and Followers(**{**followers, "steps": [_step_from(each) for each in followers["steps"]]}),
-        profile=checked["profile"],
-        beside=beside,
-    )
+    leader = map(_step_from, checked["leader"])
+    followers = None
+    if checked["followers"]:
+        settings = dict(checked["followers"])
+        followers = Followers(list(map(_step_from, settings.pop("steps"))), **settings)
+    return Program(leader, followers, checked["profile"], beside)
 
 
 def _diagnostic(fault: Fault, document: Any) -> Diagnostic:
     """Return a fault under the codes of programs, which are part of the format."""
-    place, key = fault.place, fault.place[-1] if fault.place else ""
-    around = place[:-1] if fault.code in ("unknown-key", "missing-key") else place
-    path, step_id = _path(around if fault.code == "missing-key" else place), _id_at(document, around)
-    if fault.code == "unknown-key":
-        return error("unknown-field", path, step_id, name=key, allowed=fault.allowed)
+    place = fault.place
+    key = place[-1] if place else ""
     if fault.code == "missing-key":
-        missing = error("missing-field", path, step_id, name=key)
-        kind = KINDS.get(str(place[-2])) if len(place) > 1 else None
-        value = first_value(kind, str(key)) if kind else None
-        return missing if value in (None, []) else missing.with_fixes(Fix(str(key), value))
+        return _missing(place[:-1], str(key), _id_at(document, place[:-1]))
+    path = _path(place)
+    if fault.code == "unknown-key":
+        return error("unknown-field", path, _id_at(document, place[:-1]), name=key, allowed=fault.allowed)
+    step_id = _id_at(document, place)
     if fault.code == "no-key":
         return error("missing-field", path, step_id, name=Phrase("one-kind", kinds=fault.allowed))
     if fault.code == "several-keys":
@@ -253,12 +250,28 @@ def _diagnostic(fault: Fault, document: Any) -> Diagnostic:
     problem = error("out-of-range", path, step_id, value=fault.value, allowed=fault.allowed)
     if fault.nearest is None or not isinstance(key, str):
         return problem
-    # The compiler chooses a better sending time than the shortest that a file may name.
-    return problem.with_fixes(Fix(key, None if key == "dwell_seconds" else fault.nearest))
+    if key == "dwell_seconds":
+        # The compiler chooses a better sending time than the shortest that a file may name.
+        return problem.with_fixes(Fix(key, None))
+    return problem.with_fixes(Fix(key, fault.nearest))
+
+
+def _missing(around: tuple[str | int, ...], key: str, step_id: str | None) -> Diagnostic:
+    """Return the error for a key that isn't there, with its first value where it has one."""
+    missing = error("missing-field", _path(around), step_id, name=key)
+    kind = KINDS.get(str(around[-1])) if around else None
+    if kind is None:
+        return missing
+    value = first_value(kind, key)
+    if value in (None, []):
+        return missing
+    return missing.with_fixes(Fix(key, value))
 
 
 def _path(place: tuple[str | int, ...]) -> str:
-    return str(place_text(place)) if place else ""
+    if not place:
+        return ""
+    return str(place_text(place))
 
 
 def _id_at(document: Any, place: tuple[str | int, ...]) -> str | None:
@@ -285,8 +298,11 @@ def _step_as_dict(step: Step) -> dict[str, Any]:
     if isinstance(step, TogetherStep):
         document: dict[str, Any] = {step.kind: [_step_as_dict(part) for part in step.steps]}
     else:
-        own = {each.name: getattr(step, each.name) for each in own_fields(type(step))}
-        content = {name: value for name, value in own.items() if value is not None}
+        content = {}
+        for own in own_fields(type(step)):
+            value = getattr(step, own.name)
+            if value is not None:
+                content[own.name] = value
         if isinstance(step, RepeatStep):
             content["steps"] = [_step_as_dict(part) for part in step.steps]
         document = {step.kind: content}
@@ -306,10 +322,9 @@ def align(old: Sequence[Step], new: Sequence[Step]) -> list[int | None]:
     Equal steps at the beginning and at the end belong together; then equal steps; then steps of one kind. Ids are not
     compared.
     """
-    ours, theirs = [without_ids(each) for each in old], [without_ids(each) for each in new]
-    fewer = min(len(old), len(new))
-    start = next((at for at in range(fewer) if ours[at] != theirs[at]), fewer)
-    end = next((at for at in range(fewer - start) if ours[-1 - at] != theirs[-1 - at]), fewer - start)
+    ours, theirs = list(map(without_ids, old)), list(map(without_ids, new))
+    start = _equal_at_start(ours, theirs)
+    end = _equal_at_start(ours[start:][::-1], theirs[start:][::-1])
     middle = [None] * (len(new) - start - end)
     found: list[int | None] = [*range(start), *middle, *range(len(old) - end, len(old))]
     keys: tuple[Callable[[Step], object], ...] = (lambda step: step, lambda step: step.kind)
@@ -323,17 +338,32 @@ def align(old: Sequence[Step], new: Sequence[Step]) -> list[int | None]:
     return found
 
 
+def _equal_at_start(some: Sequence[Step], others: Sequence[Step]) -> int:
+    """Return how many of the first steps are equal."""
+    count = 0
+    for step, other in zip(some, others, strict=False):
+        if step != other:
+            break
+        count += 1
+    return count
+
+
 @cache
 def without_ids(step: Step) -> Step:
     """Return a step, and the steps inside it, without the blocks that they came from."""
-    changes: dict[str, Any] = {"steps": tuple(map(without_ids, step.inside))} if step.inside else {}
-    return replace(step, id=None, **changes) if changes or step.id is not None else step
+    if step.inside:
+        steps: dict[str, Any] = {"steps": tuple(map(without_ids, step.inside))}
+        return replace(step, id=None, **steps)
+    if step.id is None:
+        return step
+    return replace(step, id=None)
 
 
 def bare(program: Program) -> Program:
     """Return a program without the blocks that its steps came from."""
-    told = program.followers
-    followers = told and replace(told, steps=tuple(map(without_ids, told.steps)))
+    followers = program.followers
+    if followers:
+        followers = replace(followers, steps=tuple(map(without_ids, followers.steps)))
     return Program(map(without_ids, program.leader), followers, program.profile)
 
 
@@ -350,11 +380,16 @@ def with_ids_of(program: Program, before: Program) -> Program:
 def _steps_with_ids(steps: Sequence[Step], before: Sequence[Step], taken: set[str]) -> list[Step]:
     made = []
     for step, position in zip(steps, align(before, steps), strict=True):
-        old = None if position is None else before[position]
         changes: dict[str, Any] = {}
-        if old and old.id is not None and step.id is None and old.id not in taken:
-            changes["id"] = old.id
+        old_inside: tuple[Step, ...] = ()
+        if position is not None:
+            old = before[position]
+            old_inside = old.inside
+            if old.id is not None and step.id is None and old.id not in taken:
+                changes["id"] = old.id
         if step.inside:
-            changes["steps"] = tuple(_steps_with_ids(step.inside, old.inside if old else (), taken))
-        made.append(replace(step, **changes) if changes else step)
+            changes["steps"] = tuple(_steps_with_ids(step.inside, old_inside, taken))
+        if changes:
+            step = replace(step, **changes)
+        made.append(step)
     return made

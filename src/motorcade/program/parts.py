@@ -52,21 +52,23 @@ class _Layout(NamedTuple):
 
 def word_fields(kind: type[Step]) -> tuple[str, ...]:
     """Return the fields of the control word that steps of ``kind`` fill, the most significant first."""
-    used = {*kind.sets, *(each.metadata["word"] for each in own_fields(kind) if "word" in each.metadata)}
-    return tuple(each.name for each in CONTROL.fields if each.name in used)
+    used = {*kind.sets, *(own.metadata.get("word") for own in own_fields(kind))}
+    return tuple(field.name for field in CONTROL.fields if field.name in used)
 
 
 def _layout_of(kind: type[Step]) -> _Layout:
-    places, duration_low = [], -1
-    for each in own_fields(kind):
-        if "word" not in each.metadata:
+    places = []
+    duration_low = -1
+    for own in own_fields(kind):
+        about = own.metadata
+        if "word" not in about:
             continue
-        field = CONTROL.field(each.metadata["word"])
-        if each.name == "seconds":
+        field = CONTROL.field(about["word"])
+        if own.name == "seconds":
             duration_low = field.low
         else:
-            names = tuple(each.metadata["schema"].get("enum", ()))
-            places.append((each.name, field.low, field.raw_mask, each.metadata["least"], names))
+            names = tuple(about["schema"].get("enum", ()))
+            places.append((own.name, field.low, field.raw_mask, about["least"], names))
     return _Layout(
         bits=sum(raw << CONTROL.field(name).low for name, raw in kind.sets.items()),
         mask=sum(CONTROL.field(name).word_mask for name in kind.sets),
@@ -90,11 +92,14 @@ def parts_of(step: Step) -> WordParts:
 
     Parts with a duration come first, from the word's most significant bits on.
     """
+    steps: tuple[Step, ...] = (step,)
+    if isinstance(step, TogetherStep):
+        steps = step.steps
     parts = []
-    for each in step.steps if isinstance(step, TogetherStep) else (step,):
-        parts.append(_part_of(each))
-        if isinstance(each, AccompanyingStep) and each.seconds is not None:
-            parts.append(_part_of(WaitStep(each.seconds)))
+    for single in steps:
+        parts.append(_part_of(single))
+        if isinstance(single, AccompanyingStep) and single.seconds is not None:
+            parts.append(_part_of(WaitStep(single.seconds)))
     return tuple(sorted(parts, key=lambda part: (-part.duration_low, -part.bits)))
 
 
@@ -102,7 +107,9 @@ def _part_of(step: Any) -> WordPart:
     bits, _, _, places, duration_low = _LAYOUTS[type(step)]
     for name, low, _, least, names in places:
         value = getattr(step, name)
-        bits |= (least + names.index(value) if names else value) << low
+        if names:
+            value = least + names.index(value)
+        bits |= value << low
     if duration_low < 0:
         return WordPart(bits, -1, 0)
     duration_ms = to_ms(step.seconds)
@@ -141,7 +148,9 @@ def control_word(parts: WordParts, levels: dict[int, int], accept_ir: int, forwa
     """Return the control word of ``parts``. Raises KeyError where a duration is no key of ``levels`` (ms -> level)."""
     word = accept_ir << _ACCEPT_IR_AT | forward << _FORWARD_AT
     for bits, low, duration_ms in parts:
-        word |= bits if low < 0 else bits | levels[duration_ms] << low
+        word |= bits
+        if low >= 0:
+            word |= levels[duration_ms] << low
     return word
 
 
@@ -161,10 +170,14 @@ def step_in(word: int, levels_ms: tuple[int, ...], longest_ms: int | None = None
             values: dict[str, Any] = {}
             for name, low, mask, least, names in layout.places:
                 raw = word >> low & mask
-                values[name] = names[raw - least] if names else raw
+                values[name] = raw
+                if names:
+                    values[name] = names[raw - least]
             if layout.duration_low >= 0:
                 duration_ms = levels_ms[word >> layout.duration_low & _LEVEL_MASK]
-                values["seconds"] = to_seconds(duration_ms if longest_ms is None else min(duration_ms, longest_ms))
+                if longest_ms is not None:
+                    duration_ms = min(duration_ms, longest_ms)
+                values["seconds"] = to_seconds(duration_ms)
             found[kind.group] = kind(**values)
             told |= layout.own_mask
     steps = list(found.values())
@@ -189,7 +202,9 @@ def _holds(word: int, layout: _Layout) -> bool:
 
 def to_seconds(duration_ms: int) -> float:
     """Return whole seconds as an integer, others as a float."""
-    return duration_ms // 1000 if duration_ms % 1000 == 0 else duration_ms / 1000
+    if duration_ms % 1000 == 0:
+        return duration_ms // 1000
+    return duration_ms / 1000
 
 
 @lru_cache(maxsize=4096)

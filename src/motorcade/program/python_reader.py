@@ -95,12 +95,12 @@ class PythonProgram:
         try:
             self.program = program_from_dict(document)
         except ProgramError as problem:
-            raise ProgramError([self._in_text(each) for each in problem.diagnostics][:_MOST_ERRORS]) from None
+            raise ProgramError(list(map(self._in_text, problem.diagnostics))[:_MOST_ERRORS]) from None
         self.diagnostics = tuple(self._warnings())
 
     def located(self, diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
         """Return diagnostics of this program with their places in the text."""
-        return tuple(each.at(self._span_of(each.path)) for each in diagnostics)
+        return tuple(problem.at(self._span_of(problem.path)) for problem in diagnostics)
 
     def _span_of(self, path: str) -> Span | None:
         """Return the place of ``path``, or else of the innermost part around it that has one."""
@@ -115,13 +115,15 @@ class PythonProgram:
             read = call and self._document_of(call)
             if read and not self._errors:
                 return read
-        raise ProgramError(sorted(self._errors, key=lambda each: each.span or (0,)))
+        raise ProgramError(sorted(self._errors, key=lambda problem: problem.span or (0,)))
 
     def _in_text(self, diagnostic: Diagnostic) -> Diagnostic:
         """Return a diagnostic of the document with its place in the text, and with edits of the text that fix it."""
         path, found = diagnostic.path, []
         for fix in diagnostic.fixes:
-            at = f"{path}.{fix.field}" if diagnostic.code == "missing-field" else path
+            at = path
+            if diagnostic.code == "missing-field":
+                at = f"{path}.{fix.field}"
             if at in self.spans:
                 found.append(Fix(TEXT, fixes.as_text(fix.value), self.spans[at]))
             elif path in self._calls:
@@ -134,7 +136,9 @@ class PythonProgram:
     def _warnings(self) -> Iterator[Diagnostic]:
         """Yield a warning for each name that isn't imported, at its first use."""
         missing = [name for name in self._used if name not in self.imports]
-        more = fixes.with_imports(self.source, self.imported_at, sorted(missing)) if missing else []
+        if not missing:
+            return
+        more = fixes.with_imports(self.source, self.imported_at, sorted(missing))
         for name in missing:
             span = self.source.span(self._used[name])
             yield warning("python-not-imported", "", name=name).at(span).with_fixes(*more)
@@ -158,9 +162,8 @@ class PythonProgram:
                 case ast.Expr(value=ast.Call(func=func)) if found and self._uses_the_program(func):
                     pass
                 case _:
-                    code = next(
-                        (each for kinds, each in _STATEMENTS if isinstance(statement, kinds)), "python-statement"
-                    )
+                    codes = [code for kinds, code in _STATEMENTS if isinstance(statement, kinds)]
+                    code = (codes or ["python-statement"])[0]
                     edits = fixes.right_statement(self.source, statement, VARIABLE)
                     self._refuse(code, statement, edits, name=VARIABLE)
         if not found and not self._errors:
@@ -225,18 +228,18 @@ class PythonProgram:
     def _row(self, value: ast.expr, path: str, node: Node) -> list[Any]:
         if not isinstance(value, ast.List | ast.Tuple):
             listed = fixes.as_list(self.source, value, STEP_NAMES)
-            self._refuse("python-loop" if isinstance(value, _LOOPS) else "python-no-list", value, listed)
+            self._refuse_value("python-no-list", value, listed)
             return []
         self.spans[path] = self.source.span(value)
         return self._steps(value.elts, path, node, 0)
 
     def _steps(self, nodes: Iterable[ast.expr], path: str, around: Node, depth: int) -> list[Any]:
-        return [self._step(each, f"{path}[{number}]", around, depth) for number, each in enumerate(nodes)]
+        return [self._step(node, f"{path}[{number}]", around, depth) for number, node in enumerate(nodes)]
 
     def _step(self, value: ast.expr, path: str, around: Node, depth: int) -> dict[str, Any]:
         if not isinstance(value, ast.Call):
             called = fixes.as_step(self.source, value, _SIMPLE)
-            self._refuse("python-loop" if isinstance(value, _LOOPS) else "python-not-a-step", value, called)
+            self._refuse_value("python-not-a-step", value, called)
             return {}
         name = self._name_of(value)
         if name not in STEP_NAMES:
@@ -253,11 +256,14 @@ class PythonProgram:
         content: dict[str, Any] = dict(kind.names[name])
         common: dict[str, Any] = {}
         inside: list[ast.expr] = []
-        for key, each, _ in self._arguments(value, getattr(steps, name), inside):
-            target = common if key in COMMON else content
-            if (given := self._value(each)) is not None:
+        for key, argument, _ in self._arguments(value, getattr(steps, name), inside):
+            target, at = content, f"{path}.{kind.kind}.{key}"
+            if key in COMMON:
+                target, at = common, f"{path}.{key}"
+            given = self._value(argument)
+            if given is not None:
                 target[key] = given
-            self.spans[f"{path}.{key}" if key in COMMON else f"{path}.{kind.kind}.{key}"] = self.source.span(each)
+            self.spans[at] = self.source.span(argument)
         if kind is TogetherStep:
             return {kind.kind: self._steps(inside, f"{path}.{kind.kind}", node, depth + 1), **common}
         if kind is RepeatStep:
@@ -285,7 +291,9 @@ class PythonProgram:
                 deleted = fixes.without_argument(self.source, call, value)
                 function = ast.unparse(call.func)
                 self._refuse("python-too-many-values", value, deleted, name=function, names=", ".join(names))
-        allowed = [*names, *(COMMON if inside is not None else ())]
+        allowed = list(names)
+        if inside is not None:
+            allowed += COMMON
         for keyword in call.keywords:
             if keyword.arg is None:
                 self._refuse("python-star", keyword.value)
@@ -329,17 +337,21 @@ class PythonProgram:
         # A whole loop or function would be red; its first line is enough.
         self._add(error(code, "", **details).at(self.source.first_line_of(node)).with_fixes(*edits))
 
+    def _refuse_value(self, code: str, value: ast.expr, edits: Iterable[Fix]) -> None:
+        """Refuse what is no list or no step; of a loop, say so."""
+        if isinstance(value, _LOOPS):
+            code = "python-loop"
+        self._refuse(code, value, edits)
+
     def _refuse_name(
         self, code: str, span: Span, name: str, known: Iterable[str], edits: Sequence[Fix] = (), **details: Any
     ) -> None:
         """Refuse a name, and propose the known one that is most like it; where there is none, ``edits``."""
         found = get_close_matches(name.rpartition(".")[2][:_LONGEST_NAME], list(known), 1)
-        hint = (
-            Phrase("python-did-you-mean", name=found[0])
-            if found
-            else Phrase("python-known-names", names=", ".join(known))
-        )
-        edits = [Fix(TEXT, each) for each in found] or edits
+        hint = Phrase("python-known-names", names=", ".join(known))
+        if found:
+            hint = Phrase("python-did-you-mean", name=found[0])
+            edits = [Fix(TEXT, found[0])]
         self._add(error(code, "", name=_short(name), hint=hint, **details).at(span).with_fixes(*edits))
 
     def _add(self, problem: Diagnostic) -> None:
@@ -355,9 +367,18 @@ class PythonProgram:
 def parameters_of(what: Callable[..., Any]) -> tuple[list[str], dict[str, Any], bool]:
     """Return the names that a step's arguments have in order, those with a default, and whether steps follow them."""
     parameters = inspect.signature(what).parameters.values()
-    named = [each for each in parameters if each.kind is each.POSITIONAL_OR_KEYWORD]
-    defaults = {each.name: each.default for each in named if each.default is not each.empty}
-    return [each.name for each in named], defaults, any(each.kind is each.VAR_POSITIONAL for each in parameters)
+    names = []
+    defaults = {}
+    takes_steps = False
+    for parameter in parameters:
+        if parameter.kind is parameter.VAR_POSITIONAL:
+            takes_steps = True
+        if parameter.kind is not parameter.POSITIONAL_OR_KEYWORD:
+            continue
+        names.append(parameter.name)
+        if parameter.default is not parameter.empty:
+            defaults[parameter.name] = parameter.default
+    return names, defaults, takes_steps
 
 
 def _short(text: str) -> Any:

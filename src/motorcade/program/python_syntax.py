@@ -75,7 +75,9 @@ class PythonSource:
     def __init__(self, data: bytes | str) -> None:
         """Parse a text. Raises ProgramError where it is no Python, or too long."""
         try:
-            text = decoded(data) if isinstance(data, bytes) else data.removeprefix("\ufeff")
+            if isinstance(data, bytes):
+                data = decoded(data)
+            text = data.removeprefix("\ufeff")
             text.encode()
         except UnicodeError:
             raise _not_python(Phrase("not-text"), 1, 1) from None
@@ -119,8 +121,9 @@ class PythonSource:
     def import_place(self) -> int:
         """The number of the character before which an import belongs: behind the docstring."""
         body = self.tree.body
-        first = body[1] if isinstance(body[0], ast.Expr) and len(body) > 1 else body[0]
-        return self.start_of(first.lineno)
+        if isinstance(body[0], ast.Expr) and len(body) > 1:
+            return self.start_of(body[1].lineno)
+        return self.start_of(body[0].lineno)
 
     def comments(self) -> list[Comment]:
         """All comments of the text, in their order."""
@@ -156,9 +159,9 @@ def _parse(source: PythonSource) -> ast.Module:
             warnings.simplefilter("ignore")
             return _checked(ast.parse(text))
     except SyntaxError as problem:
-        found = ((pattern.match(problem.msg or ""), key) for pattern, key in _REASONS)
-        reason = next((Phrase(key, **match.groupdict()) for match, key in found if match), Phrase("python-mistake"))
-        line, column = max(1, problem.lineno or 1), max(1, problem.offset or 1)
+        reason = _reason_of(problem.msg or "")
+        line = max(1, problem.lineno or 1)
+        column = max(1, problem.offset or 1)
         if isinstance(problem, IndentationError) and line <= text.count("\n") + 1:
             # Python's versions name different columns.
             code = text.split("\n")[line - 1]
@@ -171,6 +174,14 @@ def _parse(source: PythonSource) -> ast.Module:
         raise _not_python(reason, line, column, _syntax_fixes(source, reason.key, start, sign)) from None
     except (RecursionError, MemoryError):
         raise _not_python(Phrase("too-deep"), 1, 1) from None
+
+
+def _reason_of(message: str) -> Phrase:
+    """Return the phrase for what Python's parser says."""
+    for pattern, key in _REASONS:
+        if match := pattern.match(message):
+            return Phrase(key, **match.groupdict())
+    return Phrase("python-mistake")
 
 
 def _checked(tree: ast.Module) -> ast.Module:
@@ -221,8 +232,9 @@ def _candidates(text: str, reason: str, start: int, sign: str) -> Iterator[tuple
             for found in islice(re.finditer(r"(?<=[\w)\]\"'])\s+(?=[\w\"'])", text[start:]), _MOST_TRIES):
                 yield start + found.start(), start + found.start(), ","
         case "python-not-closed":
-            line_end = text.find("\n", start) if "\n" in text[start:] else len(text)
-            yield from ((at, at, closers) for at in (line_end, len(text.rstrip())))
+            line, _, _ = text[start:].partition("\n")
+            for at in (start + len(line), len(text.rstrip())):
+                yield at, at, closers
         case "python-other-bracket":
             yield start, start, closers
         case "python-not-opened":
@@ -240,7 +252,9 @@ def _is_python(text: str) -> bool:
 
 def as_text(value: Any) -> str:
     """Return a value as it is written in Python."""
-    return f'"{value}"' if isinstance(value, str) else str(value)
+    if isinstance(value, str):
+        return f'"{value}"'
+    return str(value)
 
 
 def replacement(source: PythonSource, start: int, end: int, text: str) -> list[Fix]:
@@ -252,21 +266,27 @@ def replacement(source: PythonSource, start: int, end: int, text: str) -> list[F
 
 def without_argument(source: PythonSource, call: ast.Call, argument: Any) -> list[Fix]:
     """Return the edit that deletes an argument of a call, with its comma."""
-    extents = sorted(source.extent(each) for each in (*call.args, *call.keywords))
+    extents = sorted(map(source.extent, [*call.args, *call.keywords]))
     place = extents.index(source.extent(argument))
     start, end = extents[place]
     if place:
         start = extents[place - 1][1]
     elif len(extents) > 1:
         end = extents[1][0]
-    return [] if "#" in source.text[start:end] else replacement(source, start, end, "")
+    if "#" in source.text[start:end]:
+        return []
+    return replacement(source, start, end, "")
 
 
 def with_argument(source: PythonSource, call: ast.Call, name: str, value: Any) -> list[Fix]:
     """Return the edit that adds a named argument to a call, behind its others."""
-    ends = [source.extent(each)[1] for each in (*call.args, *call.keywords)]
-    at = max(ends, default=source.extent(call)[1] - 1)
-    return replacement(source, at, at, f"{', ' if ends else ''}{name}={as_text(value)}")
+    text = f"{name}={as_text(value)}"
+    arguments = [*call.args, *call.keywords]
+    if not arguments:
+        at = source.extent(call)[1] - 1
+        return replacement(source, at, at, text)
+    at = max(source.extent(argument)[1] for argument in arguments)
+    return replacement(source, at, at, f", {text}")
 
 
 def without_lines(source: PythonSource, statement: ast.stmt) -> list[Fix]:
@@ -311,7 +331,9 @@ def as_list(source: PythonSource, value: ast.expr, names: Iterable[str]) -> list
     """Return the edit that puts a single step into a list."""
     start, end = source.extent(value)
     is_step = isinstance(value, ast.Call) and isinstance(value.func, ast.Name) and value.func.id in names
-    return replacement(source, start, end, f"[{source.text[start:end]}]") if is_step else []
+    if not is_step:
+        return []
+    return replacement(source, start, end, f"[{source.text[start:end]}]")
 
 
 def as_step(source: PythonSource, value: ast.expr, kinds: dict[str, type[Step]]) -> list[Fix]:
@@ -321,6 +343,7 @@ def as_step(source: PythonSource, value: ast.expr, kinds: dict[str, type[Step]])
     for name in get_close_matches(value.id, kinds, 1):
         kind = kinds[name]
         given = {**kind.names[name], "speed": None}
-        values = [first_value(kind, each.name) for each in own_fields(kind) if each.name not in given]
-        return replacement(source, *source.extent(value), f"{name}({', '.join(map(as_text, values))})")
+        wanted = [own.name for own in own_fields(kind) if own.name not in given]
+        values = ", ".join(as_text(first_value(kind, parameter)) for parameter in wanted)
+        return replacement(source, *source.extent(value), f"{name}({values})")
     return []

@@ -31,7 +31,9 @@ def updated_text(text: str | PythonProgram, program: Program) -> str:
     A text that makes the program already, apart from ids, is returned as it is. Raises ProgramError where it can't be
     read.
     """
-    old = read_python(text) if isinstance(text, str) else text
+    old = text
+    if isinstance(old, str):
+        old = read_python(old)
     if bare(old.program) == bare(program):
         return old.source.text
     writer = _Writer(old)
@@ -59,11 +61,15 @@ class _Item(_Comments):
 
     def all_comments(self) -> list[str]:
         """Its comments and those of the steps inside it."""
-        inner = [comment for each in self.inside for comment in each.all_comments()]
-        return [*self.before, *inner, *self.end, *self.behind]
+        return [*self.before, *_comments_in(self.inside), *self.end, *self.behind]
 
     def has_comments_inside(self) -> bool:
-        return bool(self.end) or any(each.all_comments() for each in self.inside)
+        return bool(self.end or _comments_in(self.inside))
+
+
+def _comments_in(items: Iterable[_Item]) -> list[str]:
+    """Return the comments of items, and of the steps inside them."""
+    return [comment for item in items for comment in item.all_comments()]
 
 
 def _comments_of(old: PythonProgram) -> dict[str, _Comments]:
@@ -78,15 +84,16 @@ def _comments_of(old: PythonProgram) -> dict[str, _Comments]:
 def _attach(comment: Comment, node: Node, source: PythonSource, found: dict[str, _Comments]) -> None:
     parts = node.parts
     number = bisect_right(parts, comment.start, key=lambda part: part.start)
-    last = parts[number - 1] if number else None
-    if last and comment.start < last.end:
-        _attach(comment, last, source, found)
-        return
-    is_behind = last is not None and source.line_at(last.end) == comment.line
-    if number < len(parts) and not is_behind:
+    if number:
+        last = parts[number - 1]
+        if comment.start < last.end:
+            _attach(comment, last, source, found)
+            return
+        if source.line_at(last.end) == comment.line:
+            found[last.path].behind.append(comment.text)
+            return
+    if number < len(parts):
         found[parts[number].path].before.append(comment.text)
-    elif last and is_behind:
-        found[last.path].behind.append(comment.text)
     else:
         found[node.path].end.append(comment.text)
 
@@ -97,30 +104,48 @@ class _Writer:
     def __init__(self, old: PythonProgram | None) -> None:
         self.used: set[str] = set()
         self._old = old
-        self._nodes = dict(_nodes(old.root)) if old else {}
-        self._comments = _comments_of(old) if old else defaultdict(_Comments)
+        self._nodes: dict[str, Node] = {}
+        self._comments: dict[str, _Comments] = defaultdict(_Comments)
+        if old is not None:
+            self._nodes = dict(_nodes(old.root))
+            self._comments = _comments_of(old)
 
     def program(self, program: Program) -> str:
         """Return the call of Program, over several lines."""
-        before = self._old.program if self._old else Program([])
-        told = before.followers.steps if before.followers else ()
-        old_items = self._items(before.leader, "leader"), self._items(told, "followers.steps")
-        rows = self._argument("leader", f"leader={self._list(old_items[0], program.leader, 'leader', 1)}", 1)
+        leader, followers = self._old_items()
+        steps_text = self._list(leader, program.leader, "leader", 1)
+        rows = self._argument("leader", f"leader={steps_text}", 1)
+        left: list[str] = []
         if program.followers is not None:
-            rows += self._argument("followers", f"followers={self._followers(program.followers, old_items[1])}", 1)
+            followers_text = self._followers(program.followers, followers)
+            rows += self._argument("followers", f"followers={followers_text}", 1)
         else:
-            rows += [_INDENT + comment for each in old_items[1] for comment in each.all_comments()]
+            rows += _indented(_comments_in(followers), 1)
         if program.profile != parameters_of(Program)[1]["profile"]:
             rows += self._argument("profile", f"profile={program.profile!r}", 1)
-        left = [comment for each in self._comments.values() for comment in (*each.before, *each.behind, *each.end)]
-        return self._call(Program.__name__, [*rows, *(_INDENT + comment for comment in left)], 0)
+        for comments in self._comments.values():
+            left += [*comments.before, *comments.behind, *comments.end]
+        return self._call(Program.__name__, rows + _indented(left, 1), 0)
+
+    def _old_items(self) -> tuple[list[_Item], list[_Item]]:
+        """Return the steps of the leader and of the followers in the present text."""
+        if self._old is None:
+            return [], []
+        program = self._old.program
+        leader = self._items(program.leader, "leader")
+        if program.followers is None:
+            return leader, []
+        return leader, self._items(program.followers.steps, "followers.steps")
 
     def _followers(self, followers: Followers, old: list[_Item]) -> str:
         usual = parameters_of(Followers)[1]
-        settings = {name: each for name in usual if (each := getattr(followers, name)) != usual[name]}
-        if not settings and "followers.steps" not in self._nodes:
-            return self._list(old, followers.steps, "followers", 1)
-        path = "followers.steps" if "followers.steps" in self._nodes else "followers"
+        given = {name: getattr(followers, name) for name in usual}
+        settings = {name: value for name, value in given.items() if value != usual[name]}
+        path = "followers"
+        if "followers.steps" in self._nodes:
+            path = "followers.steps"
+        elif not settings:
+            return self._list(old, followers.steps, path, 1)
         rows = self._argument("followers.steps", self._list(old, followers.steps, path, 2), 2)
         for name, value in settings.items():
             rows += self._argument(f"followers.{name}", f"{name}={plain(value)!r}", 2)
@@ -129,9 +154,14 @@ class _Writer:
     def _list(self, old: list[_Item], row: Sequence[Step], path: str, depth: int) -> str:
         """Return steps as a list, one a line; ``path`` is the part with the comments at its end."""
         items, left = _merged(old, row)
-        lines = [line for each in items for line in _commented(self._text(each, depth + 1), each, depth + 1)]
-        lines += [_INDENT * (depth + 1) + comment for comment in left] + self._end(path, depth + 1)
-        return "\n".join(["[", *lines, _INDENT * depth + "]"]) if lines else "[]"
+        lines = self._lines(items, depth + 1) + _indented(left, depth + 1) + self._end(path, depth + 1)
+        if not lines:
+            return "[]"
+        return "\n".join(["[", *lines, _INDENT * depth + "]"])
+
+    def _lines(self, items: Iterable[_Item], depth: int) -> list[str]:
+        """Return the lines of steps with their comments."""
+        return [line for item in items for line in _commented(self._text(item, depth), item, depth)]
 
     def _text(self, item: _Item, depth: int) -> str:
         """Return a step's text: on one line where that is short enough and no comment stands inside."""
@@ -140,10 +170,11 @@ class _Writer:
             text = self._one_line(item)
             if not item.inside or len(text) + len(_INDENT) * depth < _LONGEST_LINE:
                 return text
-        inner = [line for each in item.inside for line in _commented(self._text(each, depth + 1), each, depth + 1)]
-        around = _INDENT * (depth + 1)
-        rows = [*(f"{around}{each}," for each in positional), *inner, *(around + each for each in item.end)]
-        return self._call(name, [*rows, *(f"{around}{each}," for each in named)], depth)
+        rows = _indented([f"{value}," for value in positional], depth + 1)
+        rows += self._lines(item.inside, depth + 1)
+        rows += _indented(item.end, depth + 1)
+        rows += _indented([f"{value}," for value in named], depth + 1)
+        return self._call(name, rows, depth)
 
     def _one_line(self, item: _Item) -> str:
         if item.text:
@@ -151,7 +182,7 @@ class _Writer:
             return item.text
         positional, named, name = self._values(item)
         self.used.add(name)
-        inside = [self._one_line(each) for each in item.inside]
+        inside = [self._one_line(step) for step in item.inside]
         return f"{self._called(name)}({', '.join([*positional, *inside, *named])})"
 
     def _values(self, item: _Item) -> tuple[list[str], list[str], str]:
@@ -160,17 +191,19 @@ class _Writer:
         name = _name_of(step)
         names, defaults, _ = parameters_of(getattr(steps, name))
         positional, named = [], []
-        for each in names:
-            value = getattr(step, each)
-            if each in defaults and value == defaults[each]:
+        for parameter in names:
+            value = getattr(step, parameter)
+            has_default = parameter in defaults
+            if has_default and value == defaults[parameter]:
                 continue
-            if each in defaults and each != names[0]:
-                named.append(f"{each}={plain(value)!r}")
+            if has_default and parameter != names[0]:
+                named.append(f"{parameter}={plain(value)!r}")
             else:
                 positional.append(repr(plain(value)))
-        for each in COMMON:
-            if (value := getattr(step, each)) is not None and each != "id":
-                named.append(f"{each}={value!r}")
+        for setting in COMMON:
+            value = getattr(step, setting)
+            if value is not None and setting != "id":
+                named.append(f"{setting}={value!r}")
         return positional, named, name
 
     def _items(self, row: Sequence[Step], path: str) -> list[_Item]:
@@ -181,9 +214,12 @@ class _Writer:
             own = self._comments.pop(place, _Comments())
             item = _Item(own.before, own.behind, own.end, step)
             item.inside = self._items(step.inside, f"{place}.{step.inside_at}")
-            node = self._nodes[place]
-            text = self._old.source.text[node.start : node.end] if self._old else ""
-            item.text = "" if "\n" in text else text
+            if self._old is not None:
+                node = self._nodes[place]
+                text = self._old.source.text[node.start : node.end]
+                # Steps over several lines are written anew.
+                if "\n" not in text:
+                    item.text = text
             if not item.inside:
                 # A comment between the values of a step.
                 item.before, item.end = item.before + item.end, []
@@ -196,18 +232,24 @@ class _Writer:
 
     def _called(self, name: str) -> str:
         """Return the name that something of motorcade has in the text."""
-        return self._old.imports.get(name, name) if self._old else name
+        if self._old is None:
+            return name
+        return self._old.imports.get(name, name)
 
     def _argument(self, path: str, text: str, depth: int) -> list[str]:
         """Return the lines of an argument with the comments around it."""
         own = self._comments.pop(path, _Comments())
-        return [*_commented(text, own, depth), *(_INDENT * depth + comment for comment in own.end)]
+        return _commented(text, own, depth) + _indented(own.end, depth)
 
     def _end(self, path: str, depth: int) -> list[str]:
         """Return the comments at the end of a part."""
         own = self._comments[path]
         end, own.end = own.end, []
-        return [_INDENT * depth + comment for comment in end]
+        return _indented(end, depth)
+
+
+def _indented(lines: Iterable[str], depth: int) -> list[str]:
+    return [_INDENT * depth + line for line in lines]
 
 
 def _merged(old: list[_Item], row: Sequence[Step]) -> tuple[list[_Item], list[str]]:
@@ -215,29 +257,33 @@ def _merged(old: list[_Item], row: Sequence[Step]) -> tuple[list[_Item], list[st
 
     The comments of a step that is gone stand before the next one that stayed.
     """
-    places = align([each.step for each in old if each.step], row)
-    gone = [position for position in range(len(old)) if position not in set(places)]
+    places = align([item.step for item in old if item.step], row)
+    gone = [position for position in range(len(old)) if position not in places]
     items = []
     for step, place in zip(row, places, strict=True):
         if place is None:
             items.append(_Item(step=step, inside=_merged([], step.inside)[0]))
             continue
         before = old[place]
-        orphaned = [comment for each in gone if each < place for comment in old[each].all_comments()]
-        gone = [each for each in gone if each > place]
+        orphaned = _comments_in(old[position] for position in gone if position < place)
+        gone = [position for position in gone if position > place]
         item = _Item([*orphaned, *before.before], before.behind, list(before.end), step)
         item.inside, left = _merged(before.inside, step.inside)
         item.end = left + item.end
         if before.step and without_ids(step) == without_ids(before.step):
             item.text = before.text
         items.append(item)
-    return items, [comment for each in gone for comment in old[each].all_comments()]
+    return items, _comments_in(old[position] for position in gone)
 
 
 def _commented(text: str, comments: _Comments, depth: int) -> list[str]:
     """Return the lines of a text with the comments before and behind it; one comment fits behind it on its line."""
-    indent, behind = _INDENT * depth, "".join(f"  {comment}" for comment in comments.behind[:1])
-    return [*(indent + each for each in (*comments.before, *comments.behind[1:])), f"{indent}{text},{behind}"]
+    line = f"{text},"
+    before = list(comments.before)
+    if comments.behind:
+        line += f"  {comments.behind[0]}"
+        before += comments.behind[1:]
+    return _indented([*before, line], depth)
 
 
 def _name_of(step: Any) -> str:
@@ -246,7 +292,7 @@ def _name_of(step: Any) -> str:
 
 
 def _names_in(item: _Item) -> set[str]:
-    return {_name_of(item.step), *(name for each in item.inside for name in _names_in(each))}
+    return {_name_of(item.step)}.union(*map(_names_in, item.inside))
 
 
 def _nodes(node: Node) -> Iterator[tuple[str, Node]]:
@@ -273,9 +319,9 @@ def _with_imports(text: str, old: PythonProgram, used: set[str]) -> str:
 
 def _import_of(names: dict[str, str]) -> str:
     """Return an import of names, each with its name in the text."""
-    each = [name if own == name else f"{name} as {own}" for name, own in sorted(names.items())]
-    line = f"from motorcade import {', '.join(each)}"
+    imported = ", ".join(name if own == name else f"{name} as {own}" for name, own in sorted(names.items()))
+    line = f"from motorcade import {imported}"
     if len(line) <= _LONGEST_LINE:
         return line
-    rows = textwrap.wrap(", ".join(each) + ",", _LONGEST_LINE - len(_INDENT))
-    return "\n".join(["from motorcade import (", *(_INDENT + row for row in rows), ")"])
+    rows = textwrap.wrap(f"{imported},", _LONGEST_LINE - len(_INDENT))
+    return "\n".join(["from motorcade import (", *_indented(rows, 1), ")"])

@@ -25,18 +25,20 @@ SECONDS = number(0, LONGEST_S)
 COMMON: dict[str, Schema] = {"id": {"type": "string"}, "accept_ir": flag(), "forward": flag()}
 
 
-_DECLARED = {each.kind: (device, each) for device in DEVICES for each in device.steps}
+_DECLARED = {step.kind: (device, step) for device in DEVICES for step in device.steps}
 
 
-def _field_of(each: Input) -> Any:
+def _field_of(chosen: Input) -> Any:
     """The field of a dataclass for what is chosen in a step."""
-    if each.options:
-        return field(metadata={"schema": choice(*each.options), "word": each.bits, "least": each.least})
-    if not each.menu:
-        return field(metadata={"schema": SECONDS, "word": each.bits})
-    schema = whole(each.least, CONTROL.field(each.bits).maximum)
-    about = {"word": each.bits, "menu": each.menu, "first": each.first, "least": each.least}
-    return field(metadata={"schema": schema, **about})
+    about: dict[str, Any] = {"word": chosen.bits}
+    if chosen.options:
+        about |= {"schema": choice(*chosen.options), "least": chosen.least}
+    elif chosen.menu:
+        schema = whole(chosen.least, CONTROL.field(chosen.bits).maximum)
+        about |= {"schema": schema, "menu": chosen.menu, "first": chosen.first, "least": chosen.least}
+    else:
+        about["schema"] = SECONDS
+    return field(metadata=about)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,10 +81,12 @@ class Step:
             return
         device, declared = _DECLARED[cls.kind]
         cls.names = {call.name: dict(call.sets) for call in declared.calls} or cls.names
-        cls.group, cls.sets, cls.in_start = declared.group or device.group, dict(declared.sets), declared.block.in_start
-        for each in declared.inputs:
-            if each.bits:
-                setattr(cls, each.name, _field_of(each))
+        cls.group = declared.group or device.group
+        cls.sets = dict(declared.sets)
+        cls.in_start = declared.block.in_start
+        for chosen in declared.inputs:
+            if chosen.bits:
+                setattr(cls, chosen.name, _field_of(chosen))
 
     @property
     def inside(self) -> tuple["Step", ...]:
@@ -102,9 +106,9 @@ class Step:
         for name, schema in COMMON.items():
             if getattr(self, name) is not None:
                 check_field(self, self.kind, name, schema)
-        for each in own_fields(type(self)):
-            if getattr(self, each.name) is not None or each.default is not None:
-                check_field(self, self.kind, each.name, each.metadata["schema"])
+        for own in own_fields(type(self)):
+            if getattr(self, own.name) is not None or own.default is not None:
+                check_field(self, self.kind, own.name, own.metadata["schema"])
 
 
 def check_field(made: object, what: str, name: str, schema: Schema) -> None:
@@ -136,9 +140,10 @@ def own_fields(kind: type[Step]) -> tuple[Any, ...]:
 
 def first_value(kind: type[Step], name: str) -> Any:
     """Return the value that a new step of a kind has in a field of its own; an empty list for the steps inside it."""
-    for each in own_fields(kind):
-        if each.name == name:
-            return each.metadata.get("first", each.metadata["schema"].get("enum", (1,))[0])
+    for own in own_fields(kind):
+        if own.name == name:
+            first, *_ = own.metadata["schema"].get("enum", (1,))
+            return own.metadata.get("first", first)
     return []
 
 
@@ -315,8 +320,8 @@ class RepeatStep(Step):
 
 _ALL_KINDS: tuple[type[Step], ...] = (*SIMPLE_KINDS, RepeatStep, TogetherStep)
 KINDS = {kind.kind: kind for kind in _ALL_KINDS}
-_OWN_FIELDS = {kind: tuple(each for each in fields(kind) if "schema" in each.metadata) for kind in _ALL_KINDS}
-_DEFAULTS = {kind: [(each.name, each.default) for each in fields(kind)] for kind in _ALL_KINDS}
+_OWN_FIELDS = {kind: tuple(own for own in fields(kind) if "schema" in own.metadata) for kind in _ALL_KINDS}
+_DEFAULTS = {kind: [(own.name, own.default) for own in fields(kind)] for kind in _ALL_KINDS}
 
 
 def together(*steps: Step, **more: Any) -> TogetherStep:

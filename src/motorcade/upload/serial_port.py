@@ -104,7 +104,9 @@ class PortInfo(NamedTuple):
         """What is connected, as far as it is known."""
         if self.board in self.description:
             return self.description
-        return f"{self.board} ({self.description})" if self.description else self.board
+        if not self.description:
+            return self.board
+        return f"{self.board} ({self.description})"
 
 
 class SeveralPortsError(MotorcadeError):
@@ -148,18 +150,30 @@ def group_of(device: str) -> str:
         name = getgrgid(os.stat(device).st_gid).gr_name  # noqa: PTH116 - a port is no path
     except (ImportError, OSError, KeyError):
         return _USUAL_GROUP
-    return _USUAL_GROUP if name == "root" else name
+    if name == "root":
+        return _USUAL_GROUP
+    return name
 
 
 def _described(port: ListPortInfo) -> PortInfo:
-    description, hardware = (text if text and text != _NOTHING else "" for text in (port.description, port.hwid))
+    description, hardware = _known(port.description), _known(port.hwid)
     if port.vid is None:
+        rank = OTHER
         # A mainboard's port has its own name for a description, or none.
-        bare = (description in ("", port.name) and "/rfcomm" not in port.device) or hardware.startswith("ACPI")
-        return PortInfo(port.device, description, hardware, rank=BARE if bare else OTHER)
-    ids = ((name, pids) for name, vid, pids in _BOARDS if vid == port.vid)
-    board = next((name for name, pids in ids if not pids or port.pid in pids), "")
-    return PortInfo(port.device, description, hardware, board, BOARD if board else USB)
+        if (description in ("", port.name) and "/rfcomm" not in port.device) or hardware.startswith("ACPI"):
+            rank = BARE
+        return PortInfo(port.device, description, hardware, rank=rank)
+    for name, vendor, products in _BOARDS:
+        if vendor == port.vid and (not products or port.pid in products):
+            return PortInfo(port.device, description, hardware, name, BOARD)
+    return PortInfo(port.device, description, hardware, rank=USB)
+
+
+def _known(text: str | None) -> str:
+    """Return what pyserial says, empty where it knows nothing."""
+    if text is None or text == _NOTHING:
+        return ""
+    return text
 
 
 def upload(
@@ -246,7 +260,9 @@ def port_name(port: str) -> str:
     # As cars are printed; a path such as /dev/serial/by-id/… may have a colon, too.
     if host and number.isdecimal() and not name.startswith("/"):
         return _socket_url(name)
-    is_port = _is_windows_port if sys.platform == "win32" else _may_be_port
+    is_port = _may_be_port
+    if sys.platform == "win32":
+        is_port = _is_windows_port
     try:
         if is_port(name):
             return name
@@ -257,7 +273,9 @@ def port_name(port: str) -> str:
 
 def _socket_url(address: str) -> str:
     host, number = host_and_port(address)
-    return f"socket://[{host}]:{number}" if ":" in host else f"socket://{host}:{number}"
+    if ":" in host:
+        host = f"[{host}]"
+    return f"socket://{host}:{number}"
 
 
 def _is_windows_port(name: str) -> bool:
@@ -304,7 +322,9 @@ def open_error(port: str, problem: Exception) -> MotorcadeError:
     if "://" in port:
         return TransferError("no-car-at-address", port=port, reason=_reason(problem))
     number = _windows_number(text)
-    code = None if number else getattr(problem, "errno", None)
+    code = None
+    if not number:
+        code = getattr(problem, "errno", None)
     if code == errno.EACCES:
         return TransferError("port-forbidden", port=port, group=group_of(port))
     # pyserial tells of a port that another process has locked in its text only.
@@ -321,7 +341,9 @@ def open_error(port: str, problem: Exception) -> MotorcadeError:
 def _windows_number(text: str) -> int:
     """Return the number of Windows' error in pyserial's text, 31 in "PermissionError(13, '…', None, 31)"; or 0."""
     found = _WINDOWS_NUMBER.search(text)
-    return int(found[1]) if found else 0
+    if found is None:
+        return 0
+    return int(found[1])
 
 
 def _reason(problem: Exception) -> object:
@@ -334,8 +356,10 @@ def _reason(problem: Exception) -> object:
     if code is None:
         # pyserial hides it in the text of its own error: "[Errno 5] Input/output error".
         found = _ERRNO.search(text)
-        code = int(found[1]) if found else None
-    return text if code is None else OSError(code, os.strerror(code))
+        if found is None:
+            return text
+        code = int(found[1])
+    return OSError(code, os.strerror(code))
 
 
 def _gone(port: str, problem: Exception, holds: str) -> MotorcadeError:

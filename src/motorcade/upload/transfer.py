@@ -151,7 +151,9 @@ class Transfer(ABC):
     def _or_foreign(self, outcome: Outcome) -> Outcome:
         """Return FOREIGN in place of an outcome without an answer where something else than a car has sent text."""
         program = other_program(self._heard)
-        return outcome if program is None else Outcome(FOREIGN, program)
+        if program is None:
+            return outcome
+        return Outcome(FOREIGN, program)
 
     @abstractmethod
     def _run(self) -> Steps:
@@ -193,16 +195,20 @@ class Transfer(ABC):
         """
         begin_ms, count = self._now_ms, 0
         # A network takes all at once.
-        ahead_bytes = _AHEAD_BYTES if self._baud else len(data)
-        needed_ms = -(-len(data) * _BITS_A_BYTE * 1000 // self._baud) if self._baud else 0
+        ahead_bytes = len(data)
+        needed_ms = 0
+        if self._baud:
+            ahead_bytes = _AHEAD_BYTES
+            needed_ms = -(-len(data) * _BITS_A_BYTE * 1000 // self._baud)
         while (rest_ms := needed_ms - elapsed_ms(self._now_ms, begin_ms)) > 0 or count < len(data):
             due_bytes = elapsed_ms(self._now_ms, begin_ms) * self._baud // (_BITS_A_BYTE * 1000)
             piece = data[count : due_bytes + ahead_bytes]
             count += len(piece)
             if piece:
                 sent(count)
-            is_all = count == len(data)
-            self.rest_ms = rest_ms if is_all else -(-_AHEAD_BYTES * _BITS_A_BYTE * 500 // self._baud)
+            self.rest_ms = rest_ms
+            if count < len(data):
+                self.rest_ms = -(-_AHEAD_BYTES * _BITS_A_BYTE * 500 // self._baud)
             yield piece
             end.receive_data(self._data, self._now_ms)
         end.finish_sending(self._now_ms)
@@ -220,7 +226,9 @@ class ReadbackTransfer(Transfer):
             outcome = yield from self._receive(end, upload.ANSWER_WITHIN_MS)
             if outcome.kind == upload.IMAGE or is_busy(outcome):
                 break
-        self.outcome = outcome if outcome.kind == upload.IMAGE else self._or_foreign(outcome)
+        if outcome.kind != upload.IMAGE:
+            outcome = self._or_foreign(outcome)
+        self.outcome = outcome
 
 
 class UploadTransfer(Transfer):
@@ -273,8 +281,9 @@ class UploadTransfer(Transfer):
             yield from self._send_plain()
         elif _knows_no_checks(reasons):
             yield from self._send_plain()
-        is_silent = answer.kind == SILENT and self._last.kind == SILENT
-        self.outcome = self._or_foreign(self._last) if is_silent else self._last
+        self.outcome = self._last
+        if answer.kind == SILENT and self._last.kind == SILENT:
+            self.outcome = self._or_foreign(self._last)
 
     def _announce(self) -> Generator[bytes, None, tuple[Outcome, list[str]]]:
         """Announce the image until the car is ready for it. Returns its last answer and the reasons of all refusals."""
@@ -288,7 +297,10 @@ class UploadTransfer(Transfer):
             if answer.kind in (READY, TAKEN):
                 self._held = end.held
                 break
-            reasons.append(str(answer.detail) if answer.kind == upload.REFUSED else "")
+            if answer.kind == upload.REFUSED:
+                reasons.append(str(answer.detail))
+            else:
+                reasons.append("")
             self._last = answer
             if is_busy(self._last):
                 break
@@ -307,13 +319,18 @@ class UploadTransfer(Transfer):
             if self._held == crc32(self._image):
                 self.holds, self._last = NEW, Outcome(VERIFIED, answer.detail)
                 return
-            self.holds, self._last = OLD if self._held == held_first else NEITHER, outcome
+            self._last = outcome
+            self.holds = NEITHER
+            if self._held == held_first:
+                self.holds = OLD
             if upload.CANT_STORE in str(outcome.detail) or self._is_too_large(outcome):
                 return
 
     def _is_too_large(self, outcome: Outcome) -> bool:
         """Whether the car refused the image because it can't hold that many words."""
-        error = refused_image(str(outcome.detail)) if outcome.kind == upload.REFUSED else None
+        if outcome.kind != upload.REFUSED:
+            return False
+        error = refused_image(str(outcome.detail))
         words = len(self._image) // WORD_BYTES
         return error is not None and error.code == upload.TOO_LARGE and error.details["words"] == words
 
@@ -328,7 +345,10 @@ class UploadTransfer(Transfer):
             if self._last.kind == upload.REFUSED:
                 self.holds = held
                 return
-            held = self.holds = NEITHER if self._last.kind == MISMATCH else UNKNOWN
+            self.holds = UNKNOWN
+            if self._last.kind == MISMATCH:
+                self.holds = NEITHER
+            held = self.holds
 
     def _send_image(self, holds: str) -> Generator[bytes, None, Outcome]:
         """Send the image and wait for the answer; from the last bytes on the car may hold what ``holds`` tells."""
@@ -415,4 +435,6 @@ def readback_error(port: str, outcome: Outcome) -> MotorcadeError | None:
 
 def holds_phrase(holds: str) -> Phrase | str:
     """The sentence for what the car holds after a failure; empty where nothing was sent to it."""
-    return Phrase(f"car-holds-{holds}") if holds else ""
+    if not holds:
+        return ""
+    return Phrase(f"car-holds-{holds}")

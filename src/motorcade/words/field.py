@@ -214,8 +214,9 @@ class WordFormat:
             raw = word >> field.low & field.raw_mask
             without = field.needs and not word & self.field(field.needs).word_mask
             if field.parity_masks and raw != self.computed(field, word):
+                key = "bad-reserved" if without else f"bad-{field.name}"
                 details = {"field": field.name, "value": raw, "expected": self.computed(field, word)}
-                phrases.append(Phrase("bad-" + ("reserved" if without else field.name), needs=field.needs, **details))
+                phrases.append(Phrase(key, needs=field.needs, **details))
             elif field.reserved and raw > field.defined:
                 phrases.append(Phrase("reserved-bits-set", field=field.name, value=raw))
             elif raw and without:

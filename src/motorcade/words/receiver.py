@@ -18,6 +18,30 @@ In each tick a shell
 3. does 1 again where it copied bytes.
 
 It goes on with its other work after WORKING, and calls `next_event` again in the next tick.
+
+How it works
+============
+
+The buffer holds what came between START and END. START is always the first byte of something: an image, a check
+request, a request, or a readback. The first four bytes are its header, which says what it is and how long: LENGTH is
+0 until the header is here, then the number of bytes to wait for.
+
+Silence marks where something begins. After SILENCE_MS without a byte the next one begins a new thing, and what is
+incomplete is refused (CUT_OFF). After any refusal the rest may not begin at a word, so SKIPS is set and bytes are
+ignored until the next silence.
+
+The control words of an image are checked and its CRC-32 is computed while it arrives, at most ``work_words`` a call,
+so that no tick of a slow chip takes long. CHECKED is how far that has come. A wrong word is refused when the whole
+image is here, since the uploader listens only then.
+
+Four zeros are the empty image, but a loose cable makes zeros, too. So they count only between two silences, unless a
+check request announced just this image.
+
+A check request (`motorcade.words.request`) announces a CRC-32. Until CHECK_LASTS_MS have passed without a byte, only
+an image with that sum is taken; others are refused (OTHER_CHECKSUM), and the car keeps the image that it has.
+
+The bytes of an IMAGE or a REQUEST stay in the buffer until the next call, so that a shell may store them from there
+without a copy; TAKEN remembers to drop them.
 """
 
 from motorcade.words import uint8, uint8_at, uint16, uint16_at

@@ -72,7 +72,9 @@ class LineEnd:
     def _outcome_of(self, line: bytes) -> Outcome | None:
         """Return what the car answers by a line; None where it is no answer. A subclass adds to refusals."""
         reason = refusal(line)
-        return None if reason is None else Outcome(REFUSED, reason)
+        if reason is None:
+            return None
+        return Outcome(REFUSED, reason)
 
 
 class UploaderEnd(LineEnd):

@@ -18,7 +18,8 @@ if sys.platform == "linux":
     from motorcade.boards.linux import gpio_chip
     from motorcade.boards.linux.programmed_drive import open_drive
     from motorcade.boards.linux.raspberry_pi import open_car
-    from motorcade.config.pins import CHIPS, parse_pins
+    from motorcade.config.chips import chip_named
+    from motorcade.config.pins import parse_pins
     from motorcade.config.profile import levels_of
     from motorcade.errors import MotorcadeError
     from support.chip_benches import RP2040
@@ -26,7 +27,7 @@ if sys.platform == "linux":
     from support.strategies import CLASSROOM
 
     LGPIO = gpio_chip.lgpio
-    PI, LINUX = (next(chip for chip in CHIPS if chip.name == name) for name in ("raspberry-pi", "linux"))
+    PI, LINUX = chip_named("raspberry-pi"), chip_named("linux")
 RASPBERRY_PI_3B = 0xA02082
 TWO_MOTORS = "[left_motor]\nforward = 7\nbackward = 8\n[right_motor]\nforward = 16\nbackward = 26\n"
 

@@ -44,9 +44,12 @@ class GpioMotor:
     def __init__(self, pins: PinMap, part: str, factory: Any, devices: ExitStack) -> None:
         pulsed = partial(PWMOutputDevice, frequency=PWM_HZ, pin_factory=factory)
         switched = partial(OutputDevice, pin_factory=factory)
+        self._enable = []
+        kind = pulsed
         enable = pins.pin(part, "enable")
-        self._enable = [] if enable is None else [devices.enter_context(pulsed(enable))]
-        kind = switched if self._enable else pulsed
+        if enable is not None:
+            self._enable = [devices.enter_context(pulsed(enable))]
+            kind = switched
         self._directions = [devices.enter_context(kind(pins.pin(part, key))) for key in ("forward", "backward")]
 
     def drive(self, duty: int) -> None:
@@ -56,8 +59,9 @@ class GpioMotor:
             device.value = 0
         if duty:
             on = [self._directions[duty < 0], *self._enable]
-            for device in on:
-                device.value = abs(duty) / DUTY_MAX if device is on[-1] else 1
+            for device in on[:-1]:
+                device.value = 1
+            on[-1].value = abs(duty) / DUTY_MAX
 
 
 class TwoMotors(MotorPair):
@@ -99,13 +103,17 @@ class SteeredMotor:
         )
 
     def set(self, direction: int, speed_level: int) -> None:
-        duties = self._drive_duties if direction == FORWARD else self._turn_duties
+        duties = self._turn_duties
+        if direction == FORWARD:
+            duties = self._drive_duties
         self.apply(_ANGLES_DEG[direction], 1, duties[speed_level])
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
         self._servo.value = self._servo_value(angle_deg)
         duty = min(speed, self._max_duty)
-        self._motor.drive(duty if direction else -duty)
+        if direction == 0:
+            duty = -duty
+        self._motor.drive(duty)
 
     def neutral(self) -> None:
         self._motor.drive(0)
@@ -135,17 +143,22 @@ def motor_duties(angle_deg: int, direction: int, speed: int) -> tuple[int, int]:
     """
     off_deg = abs(angle_deg - CENTRE_DEG)
     inner = (speed * (CENTRE_DEG - off_deg) + CENTRE_DEG // 2) // CENTRE_DEG
-    left, right = (speed, inner) if angle_deg < CENTRE_DEG else (inner, speed)
-    return (left, right) if direction else (-left, -right)
+    if direction == 0:
+        speed, inner = -speed, -inner
+    if angle_deg < CENTRE_DEG:
+        return speed, inner
+    return inner, speed
 
 
 def open_chassis(pins: PinMap, profile: Profile, factory: Any, devices: ExitStack) -> Chassis:
     """Open the wheels that a pin file names; ``devices`` closes them."""
-    kind = TwoMotors if pins.has("left_motor") else SteeredMotor
-    return kind(pins, profile, factory, devices)
+    if pins.has("left_motor"):
+        return TwoMotors(pins, profile, factory, devices)
+    return SteeredMotor(pins, profile, factory, devices)
 
 
 def _duties(pins: PinMap, max_duty: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Return the duties of the speed levels, straight on and turning."""
-    drive, turn = (tuple(min(duty, max_duty) for duty in duties) for duties in (pins.drive_duties, pins.turn_duties))
+    drive = tuple(min(duty, max_duty) for duty in pins.drive_duties)
+    turn = tuple(min(duty, max_duty) for duty in pins.turn_duties)
     return drive, turn

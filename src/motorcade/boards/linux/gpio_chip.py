@@ -15,7 +15,7 @@ from typing import Any
 from gpiozero import GPIOZeroError
 from gpiozero.pins import BoardInfo, HeaderInfo, PinInfo
 
-from motorcade.config.pins import CHIPS, Chip
+from motorcade.config.chips import Chip, chip_named
 from motorcade.errors import MotorcadeError
 
 _RASPBERRY_PI = "raspberry-pi"
@@ -60,12 +60,17 @@ if sys.platform == "linux":
         """The pins of a Raspberry Pi, which finds its own gpiochip, or the lines of another computer's gpiochip."""
 
         def __init__(self, chip: Chip, number: int | None) -> None:
-            self._foreign_lines = 0 if chip.name == _RASPBERRY_PI else len(chip.header)
-            super().__init__(0 if self._foreign_lines and number is None else number)
+            self._foreign_lines = 0
+            if chip.name != _RASPBERRY_PI:
+                self._foreign_lines = len(chip.header)
+                number = number or 0
+            super().__init__(number)
             self.pin_class = _FinePin
 
         def _get_board_info(self) -> Any:
-            return _foreign_board(self._foreign_lines) if self._foreign_lines else super()._get_board_info()
+            if self._foreign_lines:
+                return _foreign_board(self._foreign_lines)
+            return super()._get_board_info()
 
 
 def open_gpio(chip: Chip, number: int | None = None) -> Any:
@@ -95,11 +100,11 @@ def pull_low(chip: str, number: str, *pins: str) -> None:
     """Make ``pins`` low. They stay low when the process ends: the kernel doesn't change them then.
 
     Args:
-        chip: the name of one of CHIPS.
+        chip: its name in pin files.
         number: as in open_gpio; ``""`` for None.
         pins: GPIO numbers. All are texts, since another process gives them on a command line.
     """
-    factory = open_gpio(next(each for each in CHIPS if each.name == chip), int(number) if number else None)
+    factory = open_gpio(chip_named(chip), int(number) if number else None)
     for pin in pins:
         factory.pin(int(pin)).output_with_state(False)
 

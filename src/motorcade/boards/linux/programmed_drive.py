@@ -132,7 +132,9 @@ class SharedWheels(DriveBoard):
         """Raise OSError where the program doesn't control the wheels."""
         self._check_heartbeat()
         if not self._is_programmed:
-            raise self._fault.with_traceback(None) if self._fault else HardwareError("wheels-stopped")
+            if self._fault is None:
+                raise HardwareError("wheels-stopped")
+            raise self._fault.with_traceback(None)
 
     def _check_heartbeat(self) -> None:
         if self._end:
@@ -203,9 +205,11 @@ class ProgrammedDrive(SharedWheels):
         self._resources.callback(factory.close)
         chassis = open_chassis(pins, profile, factory, self._resources)
         self._switches = {
-            each.name: self._resources.enter_context(OutputDevice(pins.pin(each.name, "signal"), pin_factory=factory))
-            for each in SWITCHES
-            if pins.has(each.name)
+            switch.name: self._resources.enter_context(
+                OutputDevice(pins.pin(switch.name, "signal"), pin_factory=factory)
+            )
+            for switch in SWITCHES
+            if pins.has(switch.name)
         }
         self.switches = tuple(self._switches)
         limit_ms = profile.drive.watchdog_ms
@@ -226,7 +230,9 @@ class ProgrammedDrive(SharedWheels):
         return self._equipment.battery_mv()
 
     def obstacle_mm(self) -> int | None:
-        return self._board.obstacle_mm() if self._has_ultrasonic else None
+        if not self._has_ultrasonic:
+            return None
+        return self._board.obstacle_mm()
 
     def keep_alive(self) -> None:
         if self._watchdog is not None:

@@ -24,7 +24,6 @@ from motorcade.words.ticks import TICKS_MASK, elapsed_ms
 _LEDS = 4
 _MOTORS = ("left_motor", "right_motor", "drive_motor")
 _KINDS_OF_WHEELS = (("left_motor", "right_motor"), ("drive_motor", "servo"))
-_LINUX_CHIPS = ("raspberry-pi", "linux")
 # The median of three pings tolerates one false echo and is at most 180 ms old.
 _PINGS = 3
 # How often the guard is told that the loop runs.
@@ -117,7 +116,9 @@ class RaspberryPi(ComputerBoard):
             return NOTHING_IN_SIGHT_MM
         share: float = self._ultrasonic.value
         # 0 means that nothing was measured yet: no HC-SR04 measures less than 20 mm.
-        return NOTHING_IN_SIGHT_MM if share in (0, 1) else round(share * self._range_mm)
+        if share in (0, 1):
+            return NOTHING_IN_SIGHT_MM
+        return round(share * self._range_mm)
 
     def read_inputs(self, part: str) -> int:
         return sum(int(pin.value) << place for place, pin in enumerate(self._inputs[part]) if pin is not None)
@@ -153,7 +154,9 @@ class RaspberryPi(ComputerBoard):
 
     def _open(self, kind: Callable[..., Any], pin: int | None, *arguments: Any, **options: Any) -> Any:
         """Open a device at ``pin`` that is closed with the board; None where there is no pin."""
-        return None if pin is None else self._devices.enter_context(kind(pin, *arguments, **options))
+        if pin is None:
+            return None
+        return self._devices.enter_context(kind(pin, *arguments, **options))
 
     def _receive_edge(self, ticks: float, state: int) -> None:
         """Take an edge from a thread of gpiozero's."""
@@ -218,12 +221,16 @@ def motor_pins(pins: PinMap) -> list[int]:
 
 def pull_low_arguments(pins: PinMap, gpio_chip: int | None) -> tuple[str, ...]:
     """Return the arguments of `pull_low` that stop the wheels and switch everything off."""
-    switched = [wire.pin for wire in pins.wires if wire.device.key in [each.name for each in SWITCHES]]
-    return (pins.chip.name, "" if gpio_chip is None else str(gpio_chip), *map(str, motor_pins(pins) + switched))
+    switches = [switch.name for switch in SWITCHES]
+    switched = [wire.pin for wire in pins.wires if wire.device.key in switches]
+    number = ""
+    if gpio_chip is not None:
+        number = str(gpio_chip)
+    return (pins.chip.name, number, *map(str, motor_pins(pins) + switched))
 
 
 def _check_computer(pins: PinMap) -> None:
-    if pins.chip.name not in _LINUX_CHIPS:
+    if not pins.chip.runs_linux:
         raise MotorcadeError("pin-file-of-microcontroller", car=pins.name, chip=pins.chip.name)
 
 

@@ -158,7 +158,8 @@ def start(modules: Modules, stops: "Callable[[], bool]") -> None:
 def check_version(version: "tuple[Any, ...]", needed_version: "tuple[int, ...]" = NEEDED_VERSION) -> None:
     """Raise MotorcadeError where this MicroPython is too old for a car, or for one with keys."""
     if tuple(version[:3]) < needed_version:
-        found, needed = [".".join([str(part) for part in each[:3]]) for each in (version, needed_version)]
+        found = ".".join([str(part) for part in version[:3]])
+        needed = ".".join([str(part) for part in needed_version])
         raise MotorcadeError("micropython-too-old", found=found, needed=needed)
 
 

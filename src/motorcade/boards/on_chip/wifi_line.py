@@ -112,8 +112,8 @@ class NetworkLine(UploadLine):
         now_ms = self._now_ms()
         if len(self._clients) >= self.most_clients:
             # The one that has been silent for the longest time gives way.
-            others = [each for each in self._clients if each is not self._uploader]
-            silent = max(others, key=lambda each: elapsed_ms(now_ms, each.last_byte_ms))
+            others = [client for client in self._clients if client is not self._uploader]
+            silent = max(others, key=lambda client: elapsed_ms(now_ms, client.last_byte_ms))
             if elapsed_ms(now_ms, silent.last_byte_ms) < self.keeps_ms:
                 connection.close()
                 return

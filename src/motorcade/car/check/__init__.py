@@ -68,10 +68,11 @@ def check_board(
     for method in METHODS:
         checked.run(method, CheckedBoard.require, callable(getattr(board, method, None)), "check-no-method")
     checked.run("now_ms", check_clock)
-    for probe in () if checked.has_breach_of(*METHODS) else PROBES:
-        # All else is timed by this clock.
-        if checked.has_own(probe.method) and not checked.has_breach_of("now_ms"):
-            _check(checked, probe)
+    if not checked.has_breach_of(*METHODS):
+        for probe in PROBES:
+            # All else is timed by this clock.
+            if checked.has_own(probe.method) and not checked.has_breach_of("now_ms"):
+                _check(checked, probe)
     if checked.missing:
         checked.breaches.append(Phrase(NOT_CHECKED, parts=", ".join(checked.missing)))
     return checked.breaches
@@ -81,11 +82,16 @@ def _check(checked: CheckedBoard, probe: Probe) -> None:
     """Check a method until something is found wrong: one fault gives one sentence."""
     if probe.takes:
         checked.run(probe.method, _check_calls, probe)
-    observed = ((probe.needs, _watch, probe),) if probe.needs else ()
-    for needs, check, *arguments in probe.checks + observed:
-        given = [checked.offer(needs)] if needs else []
-        if None not in given:
-            checked.run(probe.method, check, *given, *arguments)
+    checks = probe.checks
+    if probe.needs:
+        checks += ((probe.needs, _watch, probe),)
+    for needs, check, *arguments in checks:
+        if needs:
+            given = checked.offer(needs)
+            if given is None:
+                continue
+            arguments.insert(0, given)
+        checked.run(probe.method, check, *arguments)
 
 
 def _check_calls(checked: CheckedBoard, probe: Probe) -> None:
@@ -136,8 +142,10 @@ def _watch(checked: CheckedBoard, shown: "Callable[..., Any]", probe: Probe) -> 
         checked.prepare(probe.method)
         return checked.call(probe.method, *arguments)
 
-    do, see = (shown, call) if probe.gives else (call, shown)
-    if not probe.gives and see() is None:
+    do, see = call, shown
+    if probe.gives:
+        do, see = shown, call
+    elif see() is None:
         # The car hasn't what the observer would look at.
         return
     seen_at: list[tuple[Any, Any]] = []
@@ -146,13 +154,16 @@ def _watch(checked: CheckedBoard, shown: "Callable[..., Any]", probe: Probe) -> 
         checked.wait(_LASTS_MS)
     try:
         for step in probe.steps:
-            # What came before is taken away.
-            read = _collecting(see) if probe.comes_once else see
-            real = do(*(step if isinstance(step, tuple) else (step,)))
+            read = see
+            if probe.comes_once:
+                # What came before is taken away.
+                read = _collecting(see)
+            real = do(*_as_arguments(step))
             if probe.gives and probe.needs != "hear":
                 if real is None or real is False:
                     return
-                step = step if real is True else real
+                if real is not True:
+                    step = real
             # A frame may be seen when it has ended.
             checked.prepare(probe.method)
             seen_at.append((step, _seen_at(checked, probe, step, read, not seen_at)))
@@ -160,12 +171,20 @@ def _watch(checked: CheckedBoard, shown: "Callable[..., Any]", probe: Probe) -> 
             probe.compare(checked, seen_at)
     finally:
         if not probe.comes_once:
-            do(*(probe.steps[-1] if isinstance(probe.steps[-1], tuple) else probe.steps[-1:]))
+            do(*_as_arguments(probe.steps[-1]))
+
+
+def _as_arguments(step: "Any") -> "tuple[Any, ...]":
+    if isinstance(step, tuple):
+        return step
+    return (step,)
 
 
 def _seen_at(checked: CheckedBoard, probe: Probe, step: "Any", read: "Callable[[], Any]", is_first: bool) -> "Any":
     """Return what is seen after a step. Raises BrokenBoardError where that is wrong, late, or doesn't last."""
-    within_ms = probe.within_ms if probe.gives else checked.observer.within_ms
+    within_ms = checked.observer.within_ms
+    if probe.gives:
+        within_ms = probe.within_ms
 
     def fault(seen: "Any") -> str:
         return probe.fault(checked.observer, step, seen)
@@ -178,7 +197,11 @@ def _seen_at(checked: CheckedBoard, probe: Probe, step: "Any", read: "Callable[[
     require(fault(seen))
     if late_ms > within_ms:
         require(probe.late or probe.sentences[step])
-    lasts_ms = 0 if probe.gives and not probe.comes_once else _LASTS_MS if is_first else within_ms
+    lasts_ms = within_ms
+    if probe.gives and not probe.comes_once:
+        lasts_ms = 0
+    elif is_first:
+        lasts_ms = _LASTS_MS
     for _ in range(lasts_ms // LONGEST_CALL_MS):
         checked.wait(LONGEST_CALL_MS)
         seen = read()
@@ -193,7 +216,10 @@ def _collecting(take: "Callable[[], Any]") -> "Callable[[], list[Any]]":
 
     def read() -> "list[Any]":
         new = take()
-        taken.extend(new if isinstance(new, (list, tuple)) else [new] if new else [])
+        if isinstance(new, (list, tuple)):
+            taken.extend(new)
+        elif new:
+            taken.append(new)
         return taken
 
     return read

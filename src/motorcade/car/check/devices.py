@@ -61,7 +61,7 @@ ATTRIBUTES: "tuple[tuple[str, Callable[[Any], bool], str], ...]" = (
     ("is_leader", lambda value: value in (True, False), "check-is-leader"),
     (
         "levels",
-        lambda value: type(value) is tuple and [is_count(each) for each in value] == _ARE_LEVELS,
+        lambda value: type(value) is tuple and [is_count(level) for level in value] == _ARE_LEVELS,
         "check-levels",
     ),
     ("most_words", lambda value: is_count(value, MOST_WORDS) and value >= _LEAST_WORDS, "check-most-words"),
@@ -90,9 +90,11 @@ def _wheels_fault(observer: BoardObserver, asked: "tuple[int, int]", turning: "t
         return ""
     if speed_level == 0:
         return "check-wheels-run-on"
-    if direction == FORWARD:
-        return "check-wheels-backward" if max(turning) < 0 else "check-wheels"
-    return "check-wheels-swapped" if _turn(turning, LEFT + RIGHT - direction, speed_level, False) else "check-wheels"
+    if direction == FORWARD and max(turning) < 0:
+        return "check-wheels-backward"
+    if direction != FORWARD and _turn(turning, LEFT + RIGHT - direction, speed_level, False):
+        return "check-wheels-swapped"
+    return "check-wheels"
 
 
 def _turn(turning: "tuple[float, float]", direction: int, speed_level: int, on_the_spot: bool) -> bool:
@@ -119,33 +121,45 @@ def _compare_speeds(checked: CheckedBoard, seen: "list[tuple[tuple[int, int], tu
 
 
 def _led_fault(observer: BoardObserver, which: int, lit: "Sequence[int]") -> str:
-    if sorted(lit) == ([which] if which in observer.leds else []):
+    if sorted(lit) == [led for led in observer.leds if led == which]:
         return ""
-    return "check-led-dark" if which == NO_LED else "check-led-others" if which in lit else "check-led"
+    if which == NO_LED:
+        return "check-led-dark"
+    if which in lit:
+        return "check-led-others"
+    return "check-led"
 
 
 def _obstacle_fault(observer: BoardObserver, real_mm: int, measured_mm: int) -> str:
     if real_mm >= NOTHING_IN_SIGHT_MM:
-        return "" if measured_mm >= NOTHING_IN_SIGHT_MM else "check-obstacle-none"
+        if measured_mm >= NOTHING_IN_SIGHT_MM:
+            return ""
+        return "check-obstacle-none"
     if abs(measured_mm - real_mm) <= max(_TOLERANCE_MM, real_mm / _TOLERANCE_SHARE):
         return ""
     if abs(measured_mm - real_mm / 10) <= max(1, real_mm / 10 / _TOLERANCE_SHARE):
         return "check-obstacle-centimetres"
-    return "check-obstacle-double" if abs(measured_mm - 2 * real_mm) <= real_mm / _TOLERANCE_SHARE else "check-obstacle"
+    if abs(measured_mm - 2 * real_mm) <= real_mm / _TOLERANCE_SHARE:
+        return "check-obstacle-double"
+    return "check-obstacle"
 
 
 def _floor_fault(observer: BoardObserver, dark: int, seen: int) -> str:
     if seen == dark:
         return ""
-    if seen == 3 - dark:
-        return "check-floor-inverted" if dark in (0, 3) else "check-floor-swapped"
-    return "check-floor"
+    if seen != 3 - dark:
+        return "check-floor"
+    if dark in (0, 3):
+        return "check-floor-inverted"
+    return "check-floor-swapped"
 
 
 def _voice_fault(observer: BoardObserver, spoken: int, heard: "list[int]") -> str:
     if heard == [spoken]:
         return ""
-    return "check-voice-twice" if heard[:2] == [spoken, spoken] else "check-voice"
+    if heard[:2] == [spoken, spoken]:
+        return "check-voice-twice"
+    return "check-voice"
 
 
 def _received_fault(observer: BoardObserver, frame: int, received: "list[int]") -> str:
@@ -153,14 +167,18 @@ def _received_fault(observer: BoardObserver, frame: int, received: "list[int]") 
         return ""
     if received[:2] == [frame, frame]:
         return "check-frame-twice"
-    return "check-frame" if parity_is_even(frame) else "check-frame-of-odd-parity"
+    if parity_is_even(frame):
+        return "check-frame"
+    return "check-frame-of-odd-parity"
 
 
 def _sent_fault(observer: BoardObserver, frame: int, sent: "list[int]") -> str:
     if sent == [frame]:
         return ""
-    if not sent or sent[0] == frame:
-        return "check-sent-again" if sent else "check-sent-nothing"
+    if not sent:
+        return "check-sent-nothing"
+    if sent[0] == frame:
+        return "check-sent-again"
     bits, sent_bits = f"{frame:032b}", f"{sent[0]:032b}"
     orders = [[bits[8 * octet : 8 * octet + 8] for octet in order] for order in _SWAPPED]
     if sent_bits in ["".join(order) for order in orders]:
