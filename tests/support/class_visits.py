@@ -9,7 +9,7 @@ from urllib.parse import urlsplit
 from playwright.sync_api import Browser, Locator, Page, ViewportSize, expect
 
 from motorcade.locales import catalogue
-from support.browser_profiles import Watched, storing
+from support.browser_profiles import FEW_PICTURES, Watched, storing
 from support.class_page import PASSWORD
 from support.layout import Windows, serious_barriers
 from support.running_studio import started_class
@@ -29,6 +29,7 @@ class Visit(Watched):
         viewport: ViewportSize = {"width": size[0], "height": size[1]}
         state = storing(base, kept)
         context = browser.new_context(viewport=viewport, storage_state=state, service_workers="block", **options)
+        context.add_init_script(FEW_PICTURES)
         super().__init__(context, base)
         context.set_default_timeout(30_000)
         self.base = base
