@@ -12,7 +12,7 @@ from scripts.studio_process import project_link
 from motorcade.browser.site import site_files, write_site
 from motorcade.locales import catalogue
 from support.browser_profiles import FEW_PICTURES, launched, storing
-from support.class_visits import Visit
+from support.class_visits import ClassVisit
 from support.running_studio import started, started_class
 from support.site_server import serving
 from support.studio_programs import EXAMPLE
@@ -65,7 +65,7 @@ def studio_tab(browser: Browser, folder: Path) -> Iterator[Page]:
 @contextmanager
 def class_tab(browser: Browser, folder: Path) -> Iterator[Page]:
     with started_class(folder) as (_, told):
-        pupil = Visit(browser, elsewhere(told["addresses"][0]))
+        pupil = ClassVisit(browser, elsewhere(told["addresses"][0]))
         pupil.join("Mia", told["code"])
         yield pupil.page
 
