@@ -116,13 +116,12 @@ def install(root: Path, *, is_building: bool) -> None:
     is_fresh = installed.is_file() and installed.stat().st_mtime >= lock.stat().st_mtime
     if is_fresh and (is_building or (web / "node_modules" / TESTS_OF_PAGE).is_dir()):
         return
+    command: tuple[str, ...] = ("ci",)
     if is_building:
         command = ("ci", "--omit=dev")
     elif is_fresh:
         # It adds what is missing; `ci` would begin anew.
         command = ("install", "--no-save")
-    else:
-        command = ("ci",)
     # One retry: npm's own three take minutes where there is no network.
     _npm(web, *command, "--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=1")
 

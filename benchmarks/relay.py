@@ -32,8 +32,9 @@ from motorcade.engine.events import START
 from motorcade.engine.world import World
 from motorcade.mats.model import Mat, Physics, Starts
 from motorcade.words.formats import CONTROL
-from motorcade.words.image import Image, image_words, words_to_bytes
+from motorcade.words.image import Image, image_words
 from motorcade.words.infrared import air_us, check_is_good, parity_is_even, tag_of, tagged_frame, to_frame
+from motorcade.words.packing import words_to_bytes
 
 PROFILE = built_in_profile("classroom")
 DWELL_MS = 8000

@@ -21,7 +21,8 @@ from statistics import median
 from motorcade.fleet.cars import Cars
 from motorcade.fleet.places import Place, read_list
 from motorcade.sockets import allow_files
-from motorcade.words.image import Image, image_words, words_to_bytes
+from motorcade.words.image import Image, image_words
+from motorcade.words.packing import words_to_bytes
 from motorcade.words.request import STOP
 
 AT_ONCE = 64

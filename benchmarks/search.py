@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 from typing import Any, get_args
 
-from motorcade.experiments.run import on_this_computer
+from motorcade.lab.run import on_this_computer
 from motorcade.lab.search import Method, Search, do_task, opened_archive
 from motorcade.missions.check import check_program
 from motorcade.missions.document import built_in_mission, mission_of

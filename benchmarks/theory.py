@@ -20,9 +20,9 @@ from motorcade import CONTROL, Followers, Program, led, wait
 from motorcade.config.profile import Infrared, Profile, built_in_profile
 from motorcade.engine import agents
 from motorcade.engine.world import World
-from motorcade.experiments.plan import Plan
-from motorcade.experiments.spec import read_sweep
-from motorcade.experiments.task import run_task
+from motorcade.lab.plan import Plan
+from motorcade.lab.spec import read_sweep
+from motorcade.lab.task import run_task
 from motorcade.mats import Mat, Physics, Pose, Starts
 from motorcade.program.compiler import compile_program
 from motorcade.program.files import compile_project

@@ -16,20 +16,25 @@ from rich.console import Console
 from rich.table import Table
 from timing import has_peer
 
+from motorcade.words.field import Field
 from motorcade.words.formats import CONTROL
+from motorcade.words.positions import UNUSED_BITS
 
 TURNS = 31
 SCALAR_WORDS = 4_000
 DECODE_GOAL = 1.2
-ENCODE_GOAL = 3.0
+ENCODE_GOAL = 1.3
 PEERS = ("bitstruct", "cantools", "construct")
 
-NAMES = [field.name for field in CONTROL.fields]
+FIELDS = CONTROL.fields
+# The fields that a word of an image may set. Who encodes one names these, and what is below them is 0.
+SET_FIELDS = tuple(field for field in FIELDS if not field.word_mask & UNUSED_BITS)
+SHIFTED_OUT = ", ".join(f"{field.name!r}: word >> {field.low} & {field.raw_mask}" for field in FIELDS)
+NAMES = [field.name for field in SET_FIELDS]
 KEYWORDS = ", ".join(f"{name}={name}" for name in NAMES)
 DICT = "{" + ", ".join(f"{name!r}: {name}" for name in NAMES) + "}"
-SHIFTED_OUT = ", ".join(f"{f.name!r}: word >> {f.low} & {f.raw_mask}" for f in CONTROL.fields)
-SHIFTED_IN = " | ".join(f"{field.name} << {field.low}" for field in CONTROL.fields)
-CHECKED = " or ".join(f"not 0 <= {field.name} <= {field.raw_mask}" for field in CONTROL.fields)
+SHIFTED_IN = " | ".join(f"{field.name} << {field.low}" for field in SET_FIELDS)
+CHECKED = " or ".join(f"not 0 <= {field.name} <= {field.raw_mask}" for field in SET_FIELDS)
 
 Contestants = dict[str, Callable[[], object]]
 
@@ -57,40 +62,43 @@ def loop(names: str, expression: str, rows: list[Any], **space: Any) -> Callable
     return lambda: space["run"](rows)
 
 
-def bitstruct_format() -> str:
-    return "".join(f"u{field.width}" for field in CONTROL.fields)
+def bitstruct_format(fields: tuple[Field, ...]) -> str:
+    """Return the format of these fields, the first ones of a word; what is below them is padding."""
+    padding = f"p{fields[-1].low}" if fields[-1].low else ""
+    return "".join(f"u{field.width}" for field in fields) + padding
 
 
-def construct_format() -> Any:
+def bitstruct_codecs(fields: tuple[Field, ...]) -> tuple[Any, Any]:
+    """Return bitstruct's codec of a dictionary, and that of values in order."""
+    import bitstruct.c
+
+    text = bitstruct_format(fields)
+    return bitstruct.c.compile(text, [field.name for field in fields]), bitstruct.c.compile(text)
+
+
+def construct_format(fields: tuple[Field, ...]) -> Any:
     import construct
 
-    return construct.BitStruct(*(field.name / construct.BitsInteger(field.width) for field in CONTROL.fields))
+    members = [field.name / construct.BitsInteger(field.width) for field in fields]
+    return construct.BitStruct(*members, construct.Padding(fields[-1].low))
 
 
-def cantools_message() -> Any:
+def cantools_message(fields: tuple[Field, ...]) -> Any:
     from cantools.database import Message
     from cantools.database.can import Signal
 
     signals = [
         # DBC counts a big-endian signal's first bit from each byte's own bit 0.
         Signal(field.name, (31 - field.high) // 8 * 8 + field.high % 8, field.width, byte_order="big_endian")
-        for field in CONTROL.fields
+        for field in fields
     ]
     return Message(1, "control", 4, signals)
-
-
-def bitstruct_codecs() -> tuple[Any, Any]:
-    """Return bitstruct's codec of a dictionary, and that of values in order."""
-    import bitstruct.c
-
-    text = bitstruct_format()
-    return bitstruct.c.compile(text, NAMES), bitstruct.c.compile(text)
 
 
 def scalar_decoders(words: list[int], peers: set[str]) -> Contestants:
     images = [word.to_bytes(4, "big") for word in words]
     shifts = eval("lambda word: {" + SHIFTED_OUT + "}")
-    made = {
+    made: Contestants = {
         "Motorcade": loop("word", "decode(word)", words, decode=CONTROL.decode),
         "Motorcade, from bytes": loop(
             "data", "decode(read(data, 'big'))", images, decode=CONTROL.decode, read=int.from_bytes
@@ -98,37 +106,38 @@ def scalar_decoders(words: list[int], peers: set[str]) -> Contestants:
         "shifts by hand, dict": loop("word", "shifts(word)", words, shifts=shifts),
     }
     if "bitstruct" in peers:
-        named, plain = bitstruct_codecs()
+        named, plain = bitstruct_codecs(FIELDS)
         made["bitstruct C, dict"] = loop("data", "unpack(data)", images, unpack=named.unpack)
         made["bitstruct C, tuple"] = loop("data", "unpack(data)", images, unpack=plain.unpack)
     if "cantools" in peers:
         decoding = "decode(data, decode_choices=False, scaling=False)"
-        made["cantools"] = loop("data", decoding, images, decode=cantools_message().decode)
+        made["cantools"] = loop("data", decoding, images, decode=cantools_message(FIELDS).decode)
     if "construct" in peers:
-        made["construct"] = loop("data", "parse(data)", images, parse=construct_format().parse)
+        made["construct"] = loop("data", "parse(data)", images, parse=construct_format(FIELDS).parse)
     return made
 
 
 def scalar_encoders(words: list[int], peers: set[str]) -> Contestants:
-    values = [tuple(CONTROL.decode(word)) for word in words]
+    values = [tuple(CONTROL.decode(word))[: len(NAMES)] for word in words]
     dicts = [dict(zip(NAMES, fields, strict=True)) for fields in values]
     names = ", ".join(NAMES)
     space: dict[str, Any] = {}
     exec(f"def by_hand({names}):\n    if {CHECKED}: raise ValueError\n    return {SHIFTED_IN}", space)
-    made = {
+    made: Contestants = {
         "Motorcade": loop(names, f"encode({KEYWORDS})", values, encode=CONTROL.encode),
-        "Motorcade, **dict": loop("each", "encode(**each)", dicts, encode=CONTROL.encode),
+        "Motorcade, **dict": loop("fields", "encode(**fields)", dicts, encode=CONTROL.encode),
         "shifts by hand, checked": loop(names, f"by_hand({KEYWORDS})", values, by_hand=space["by_hand"]),
     }
     if "bitstruct" in peers:
-        named, plain = bitstruct_codecs()
+        named, plain = bitstruct_codecs(SET_FIELDS)
         made["bitstruct C, dict"] = loop(names, f"pack({DICT})", values, pack=named.pack)
-        made["bitstruct C, ready dict"] = loop("each", "pack(each)", dicts, pack=named.pack)
+        made["bitstruct C, ready dict"] = loop("fields", "pack(fields)", dicts, pack=named.pack)
         made["bitstruct C, values in order"] = loop(names, f"pack({names})", values, pack=plain.pack)
     if "cantools" in peers:
-        made["cantools"] = loop(names, f"encode({DICT}, scaling=False)", values, encode=cantools_message().encode)
+        encode = cantools_message(SET_FIELDS).encode
+        made["cantools"] = loop(names, f"encode({DICT}, scaling=False)", values, encode=encode)
     if "construct" in peers:
-        made["construct"] = loop(names, f"build({DICT})", values, build=construct_format().build)
+        made["construct"] = loop(names, f"build({DICT})", values, build=construct_format(SET_FIELDS).build)
     return made
 
 

@@ -1,4 +1,4 @@
-"""Write what others need of the devices: the kinds of steps, the record of senses, methods of a board's contract."""
+"""Write what others need of the devices: places in words, kinds of steps, the record of senses, methods of a board."""
 
 import subprocess
 import sys
@@ -9,6 +9,7 @@ from textwrap import indent
 
 from motorcade.devices import DEVICES
 from motorcade.devices.declaration import Call, Input, Method, Part, Sense, StepKind
+from motorcade.words.formats import CONTROL, DRIVE, FRAME, HEADER
 
 ROOT = Path(__file__).resolve().parent.parent
 _ARDUINO = "firmware/arduino/src/"
@@ -26,6 +27,7 @@ def device_files() -> dict[str, Callable[[], str]]:
     return {
         "src/motorcade/__init__.py": partial(_with_section, "src/motorcade/__init__.py", "#", _imports, _lazy_names),
         "src/motorcade/program/steps.py": partial(_with_section, "src/motorcade/program/steps.py", "#", _step_kinds),
+        "src/motorcade/words/positions.py": _positions,
         "src/motorcade/car/senses.py": _senses,
         "src/motorcade/car/board.py": partial(_with_section, "src/motorcade/car/board.py", "#", _board_methods),
         f"{_ARDUINO}MotorcadeBoard.h": partial(_with_section, f"{_ARDUINO}MotorcadeBoard.h", "//", _c_methods),
@@ -34,6 +36,30 @@ def device_files() -> dict[str, Callable[[], str]]:
         f"{_ARDUINO}MotorcadeSettings.h": partial(_with_section, f"{_ARDUINO}MotorcadeSettings.h", "//", _c_settings),
         f"{_ARDUINO}MotorcadeCar.cpp": partial(_with_section, f"{_ARDUINO}MotorcadeCar.cpp", "//", _c_reading),
     }
+
+
+def _positions() -> str:
+    """Return the module of numbers that a car needs of the formats."""
+    fields = [field for field in CONTROL.fields if field.name not in ("reserved", "parity")]
+    lowest_bits = "\n".join(f"{field.name.upper()}_AT = {field.low}" for field in fields)
+    unused = CONTROL.reserved_mask | CONTROL.field("parity").word_mask
+    return formatted(f'''"""Where the fields of words are, as numbers: a car needs no more of the formats.
+
+Portable. Written by scripts/generate.py from `motorcade.words.formats`; don't edit.
+"""
+
+# The lowest bit of each field of a control word.
+{lowest_bits}
+# The bits of a control word that are 0 in an image.
+UNUSED_BITS = 0x{unused:08X}
+# The bits of a frame's check.
+CHECK_BITS = 0x{FRAME.field("check").word_mask:08X}
+# The largest value of a header's reserved field that has a meaning.
+MOST_RESERVED = {HEADER.field("reserved").defined}
+# The lowest bit of a drive command's speed, and the command that stands still with its wheels straight.
+DRIVE_SPEED_AT = {DRIVE.field("speed").low}
+DRIVE_NEUTRAL = 0x{DRIVE.encode(angle=90, direction=1, speed=0):08X}
+''')
 
 
 def _senses() -> str:

@@ -59,10 +59,10 @@ def all_calls() -> Calls:
     world.move(0, Pose(0, 0))
     world.look_ahead(0, 1000)
     world.give_back(0)
-    forms = {"int64": ("rows", "who", "since", "where"), "float64": ("figures", "corners", "off")}
-    forms["float32"] = ("before", "single")
+    forms = {"int64": ("rows", "who", "since", "led"), "float64": ("figures", "corners", "off")}
+    forms["float32"] = ("before", "shown")
     zeros = {
-        name: world.backend.zeros(name, (1,) if name in ("who", "where", "corners", "single") else (1, 1), form)
+        name: world.backend.zeros(name, (1,) if name in ("who", "led", "corners", "shown") else (1, 1), form)
         for form, names in forms.items()
         for name in names
     }

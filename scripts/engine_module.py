@@ -24,6 +24,8 @@ from typing import Any, NamedTuple
 from scripts.debian import find_or_install
 from scripts.engine_code import BadKernelError, Calls, Code, all_calls, translated
 
+from motorcade.imports import needed_files
+
 ROOT = Path(__file__).resolve().parent.parent
 LLD = "16"
 PYTHON = (3, 11)
@@ -133,34 +135,13 @@ def fingerprints(files: dict[str, bytes]) -> str:
 
     Docstrings, comments and the form of the code don't count.
     """
-    sources = sorted(_imported(Path(__file__), Path(__file__).with_name("engine_code.py")))
+    makers = (Path(__file__), Path(__file__).with_name("engine_code.py"))
+    sources = sorted(needed_files(makers, within=("car", "devices", "engine", "words")))
     digest = hashlib.sha256(f"{version('numba')} {version('llvmlite')} {LLD}".encode())
     for path in sources:
         digest.update(ast.dump(_without_docstrings(ast.parse(path.read_text(encoding="utf-8")))).encode())
     made = (f"{name} {hashlib.sha256(data).hexdigest()}\n" for name, data in sorted(files.items()))
     return f"sources {digest.hexdigest()}\n{''.join(made)}"
-
-
-def _imported(*files: Path) -> set[Path]:
-    """Return the files, and the files of a car and of the engine that they import, directly or not."""
-    package, left, found = ROOT / "src" / "motorcade", list(files), set[Path]()
-    while left:
-        if (path := left.pop()) in found:
-            continue
-        found.add(path)
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and f"{node.module}".startswith("motorcade."):
-                parts = f"{node.module}".split(".")[1:]
-                if parts[0] in ("car", "devices", "engine", "words"):
-                    names = (package.joinpath(*parts, alias.name) for alias in node.names)
-                    modules = [package.joinpath(*parts), *names]
-                    left += [
-                        file
-                        for each in modules
-                        for file in (each.with_suffix(".py"), each / "__init__.py")
-                        if file.is_file()
-                    ]
-    return found
 
 
 def _without_docstrings(tree: ast.Module) -> ast.Module:

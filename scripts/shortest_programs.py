@@ -13,7 +13,7 @@ import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
-from motorcade.experiments.run import Results, Tasks
+from motorcade.lab.run import Results, Tasks
 from motorcade.lab.search import Search, do_task, opened_archive
 from motorcade.missions.document import built_in_mission, missions
 from motorcade.program.model import count_blocks

@@ -89,6 +89,7 @@ def change(path: str, name: str) -> str:
 
 def try_servers(arguments: list[str]) -> int:
     """Change the code that the simulated room runs."""
+    sys.path.insert(0, str(_ROOT / "tests"))
     from tests.faults import trials
 
     parser = argparse.ArgumentParser(prog="python -m tests.mutants servers")

@@ -1,6 +1,7 @@
 """The layout of the package: which part imports which, and how large files and functions are."""
 
 import ast
+import re
 from collections import Counter
 from functools import cache
 from pathlib import Path
@@ -15,55 +16,56 @@ OTHER_FILES = sorted(
     for file in (ROOT / folder).rglob("*.py")
     if "node_modules" not in file.parts
 )
-MOST_FILES = 250
+MOST_FILES = 256
 MOST_LINES = 500
 MOST_PARAMETERS = 8
 # What a page is sent of these has their name too.
 SAME_IN_MESSAGES = {"Diagnostic", "Fix", "Mission", "Resume", "Telemetry"}
 
-# What every package may import: errors, their sentences, and what devices declare.
-COMMON = ("devices", "errors", "extras", "locales", "outcomes")
-# What else each package imports. A new package needs a line here first.
-ARROWS = {
-    "__init__": ("car", "cli", "config", "drive", "engine", "mats", "program", "runs", "words"),
-    "__main__": ("cli",),
-    "boards": ("cameras", "car", "config", "drive", "engine", "runs", "sockets", "words"),
-    # It runs in a web page, where there is neither NumPy nor a web framework; and it writes the site of that page.
-    "browser": ("config", "engine", "missions", "program", "service", "upload", "words"),
-    "cameras": ("engine", "mats", "runs"),
-    "car": ("words",),
-    "classroom": ("config", "drive", "engine", "missions", "server", "service", "sockets", "timing", "words"),
-    # The command line may import everything, and only __init__, for `show`, imports it.
-    "cli": ("",),
-    "config": ("car", "words"),
-    "devices": (),
-    "drive": ("car", "config", "sockets", "timing", "words"),
-    "engine": ("car", "config", "mats", "words"),
-    "errors": (),
-    "extras": (),
-    "experiments": ("car", "config", "engine", "mats", "words"),
-    "fleet": ("config", "drive", "sockets", "timing", "upload", "words"),
-    "firmware": ("boards", "config", "upload"),
-    "lab": ("__version__", "config", "engine", "experiments", "mats", "missions", "program", "runs", "words"),
-    "locales": (),
-    "mats": ("config",),
-    "missions": ("car", "config", "engine", "mats", "program", "words"),
-    "outcomes": (),
-    "program": ("config", "words"),
-    "runs": ("config", "engine", "mats", "words"),
-    "server": (
-        *("boards", "cameras", "config", "drive", "fleet", "mats"),
-        *("runs", "service", "sockets", "timing", "upload", "words"),
+# The wings of the house. Within its wing a package imports only packages that stand before it.
+WINGS = {
+    "core": (
+        "outcomes",
+        "locales",
+        "errors",
+        "extras",
+        "imports",
+        "devices",
+        "words",
+        "timing",
+        "sockets",
+        "car",
+        "config",
     ),
-    # It also runs where there is neither a web framework nor NumPy.
-    "service": ("car", "config", "engine", "mats", "missions", "program", "upload", "words"),
-    "sockets": (),
-    "timing": ("words",),
-    "upload": ("sockets", "timing", "words"),
-    "words": (),
+    "program": ("program",),
+    "simulate": ("mats", "engine", "runs", "missions"),
+    "connect": ("cameras", "upload", "drive", "fleet"),
+    "hardware": ("boards", "firmware"),
+    "page": ("service", "browser", "server", "classroom"),
+    "lab": ("lab",),
+    "cli": ("cli",),
 }
-# A real car carries no simulator: this file of boards alone may import one.
-SIMULATED = ("boards.simulated_drive",)
+# Which wing imports which, beside itself. A new arrow needs its reason.
+ARROWS = {
+    "core": (),
+    "program": ("core",),
+    "simulate": ("core", "program"),
+    "connect": ("core",),
+    "hardware": ("core", "connect"),
+    "page": ("core", "program", "simulate", "connect", "hardware"),
+    "lab": ("core", "program", "simulate"),
+    "cli": ("core", "program", "simulate", "connect", "hardware", "page", "lab"),
+}
+# The public names, and what starts the command line. Only `show` of it is in the command line, and nothing in the lab.
+TOP = {"__init__": ("core", "program", "simulate", "connect", "cli"), "__main__": ("cli",)}
+# What single packages don't import, though their wing may.
+NEVER = {
+    # They meet only in a word.
+    "program": ("car",),
+    # They also run in a worker of a page, where there is neither a web framework nor NumPy, and no car but by cable.
+    "service": ("cameras", "drive", "fleet", "hardware", "runs"),
+    "browser": ("cameras", "drive", "fleet", "hardware", "runs"),
+}
 
 # What a class does, without a server: these files import only what runs in a page's worker too.
 CLASS_CORE = ("messages", "names", "pairs", "record", "room")
@@ -102,36 +104,66 @@ def files_imported_by(name):
             yield target
 
 
-def test_a_file_imports_only_what_its_package_may():
-    assert {name.partition(".")[0] for name in NAMES} <= set(ARROWS), "say in ARROWS what a new package may import"
+def package_of(name):
+    return name.partition(".")[0]
+
+
+WING_OF = {package: wing for wing, packages in WINGS.items() for package in packages}
+
+
+def may_import(package, target):
+    """Whether a file of ``package`` may import from the package ``target``."""
+    if target == package or target == "__version__":
+        return True
+    if package in TOP:
+        return WING_OF[target] in TOP[package]
+    wing, wing_of_target = WING_OF[package], WING_OF[target]
+    if {target, wing_of_target} & set(NEVER.get(package, ())):
+        return False
+    if wing != wing_of_target:
+        return wing_of_target in ARROWS[wing]
+    return WINGS[wing].index(target) < WINGS[wing].index(package)
+
+
+def test_a_file_imports_only_what_its_wing_may():
+    assert {package_of(name) for name in NAMES} == {*WING_OF, *TOP}, "say in WINGS where a package belongs"
     wrong = []
     for name in NAMES:
-        package = name.partition(".")[0]
-        allowed = tuple(f"{each}.".lstrip(".") for each in (package, *COMMON, *ARROWS[package]))
-        wrong += [(name, each) for each in imported_by(name) if not f"{each}.".startswith(allowed)]
+        wrong += [(name, used) for used in imported_by(name) if not may_import(package_of(name), package_of(used))]
     assert wrong == []
 
 
-def test_real_cars_import_no_engine():
-    waiting = [name for name in NAMES if name.startswith("boards.") and name not in SIMULATED]
-    reached = set()
-    while waiting:
-        if (name := waiting.pop()) not in reached:
-            reached.add(name)
-            waiting += files_imported_by(name)
-    assert [name for name in sorted(reached) if name.startswith(("cameras", "engine", "runs"))] == []
+def test_only_the_commands_of_the_laboratory_import_it():
+    outside = [
+        name for name in NAMES if package_of(name) != "lab" and any(x.startswith("lab.") for x in imported_by(name))
+    ]
+    assert outside == ["cli.missions", "cli.runs"]
 
 
 def test_the_core_of_a_class_knows_no_server():
     core = [f"classroom.{name}" for name in CLASS_CORE]
-    allowed = tuple(f"{each}." for each in (*core, "service", "timing", *COMMON))
-    assert [(name, each) for name in core for each in imported_by(name) if not f"{each}.".startswith(allowed)] == []
+    allowed = tuple(f"{name}." for name in (*core, "service", *WINGS["core"][:8]))
+    assert [(name, used) for name in core for used in imported_by(name) if not f"{used}.".startswith(allowed)] == []
 
 
 def test_every_arrow_is_used():
-    used = {(name.partition(".")[0], each.partition(".")[0]) for name in NAMES for each in imported_by(name)}
-    listed = {(package, target) for package, targets in ARROWS.items() for target in targets if target}
+    wings = {"__version__": "core", **WING_OF, **{package: package for package in TOP}}
+    used = {(wings[package_of(name)], wings[package_of(used)]) for name in NAMES for used in imported_by(name)}
+    listed = {(wing, target) for wing, targets in (ARROWS | TOP).items() for target in targets}
     assert listed - used == set()
+
+
+def test_the_table_of_packages_has_the_wings():
+    """CONTRIBUTING.md groups its table by wing: a row that names the wing, then a row for each of its packages."""
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    table = text.partition("| **core** |")[2].partition("\n\n")[0]
+    wing, found = "core", {wing: set() for wing in WINGS}
+    for row in table.split("\n"):
+        first = row.split("|")[1]
+        if heading := re.search(r"\*\*(\w+)\*\*", first):
+            wing = heading[1]
+        found[wing].update(re.findall(r"`(\w+)(?:\.py|/)`", first))
+    assert found == {wing: set(packages) for wing, packages in WINGS.items()}
 
 
 def test_no_files_import_each_other_in_a_circle():

@@ -20,7 +20,8 @@ TOUCHED = Column("touched", "uint8", "uint8", limits=(0, 3))
 BUMPER = Device(
     "bumper",
     bits=(Bits("bumper", 12, 12, "stands still while something is touched", "made up"),),
-    group=("bumper", 300),
+    group="bumper",
+    hue=300,
     steps=(
         StepKind(
             "bumper",
@@ -91,7 +92,7 @@ def copy(tmp_path):
     listed = listed.replace("motorcade.devices.pir import PIR", "motorcade.devices.bumper import BUMPER")
     (devices / "__init__.py").write_text(listed.replace("VOICE, PIR,", "VOICE, BUMPER,"), encoding="utf-8")
     brain = tmp_path / "src/motorcade/car/brain.py"
-    text = brain.read_text(encoding="utf-8").replace('CONTROL.field("pir")', 'CONTROL.field("bumper")')
+    text = brain.read_text(encoding="utf-8").replace("PIR_AT", "BUMPER_AT")
     brain.write_text(text.replace("senses.person", "senses.touches"), encoding="utf-8")
     for name, field, more in (
         ("mats/model.py", "patches: tuple[Corners, ...] = ()\n", "kerbs: tuple[Wall, ...] = ()\n"),

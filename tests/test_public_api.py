@@ -17,7 +17,8 @@ PUBLIC = {
     "steps": [name for kind in KINDS.values() for name in kind.names],
     "mats": ["Mat", "Physics", "Pose", "formation", "open_table", "read_mat"],
     "boards": ["BoardObserver", "check_board"],
-    "driving": ["BlockingDriveClient", "CarError", "DriveClient"],
+    "driving": ["BlockingDriveClient", "DriveClient"],
+    "errors": ["DriveError", "InputError", "MatError", "MotorcadeError", "TransferError"],
     "cars": ["Profile", "load_profile", "World", "simulate", "show"],
 }
 NAMES = sorted(["__version__", *(name for names in PUBLIC.values() for name in names)])

@@ -1,9 +1,11 @@
 """How often something may be done."""
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade.timing import RateLimit
+from motorcade.errors import MotorcadeError
+from motorcade.timing import Attempts, RateLimit
 from motorcade.words.ticks import TICKS_MASK
 
 
@@ -16,3 +18,18 @@ def test_no_window_has_more_than_the_limit_and_nothing_below_it_is_refused(pause
         assert limit.allows(now_ms & TICKS_MASK) == (len(recent) < 10)
         if len(recent) < 10:
             allowed_ms.append(now_ms)
+
+
+def test_who_has_tried_too_often_is_told_how_long_to_wait_and_others_are_not():
+    attempts = Attempts(2, 60.0)
+    attempts.count("Mia", 10.0)
+    attempts.count("Mia", 30.5)
+    with pytest.raises(MotorcadeError) as refused:
+        attempts.count("Mia", 40.0)
+    assert refused.value.details == {"seconds": 30, "most": 1}
+    attempts.count("Bo", 40.0)
+    # What was refused doesn't count.
+    attempts.count("Mia", 70.0)
+    with pytest.raises(MotorcadeError):
+        attempts.check("Mia", 90.4)
+    attempts.check("Mia", 90.5)

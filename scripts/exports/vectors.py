@@ -12,8 +12,9 @@ from typing import Any
 
 from motorcade.words.field import WORD_MASK, Field, WordError, WordFormat
 from motorcade.words.formats import FORMATS
-from motorcade.words.image import Image, image_words, pack, words_to_bytes
+from motorcade.words.image import Image, image_words
 from motorcade.words.infrared import air_us, frame_durations_us, tagged_frame, to_frame
+from motorcade.words.packing import pack, words_to_bytes
 from motorcade.words.upload import ok_line
 
 from .fields import fingerprint_text

@@ -15,8 +15,12 @@ if TYPE_CHECKING:
     from motorcade.config.profile import load_profile as load_profile
     from motorcade.drive.blocking_client import BlockingDriveClient as BlockingDriveClient
     from motorcade.drive.client import DriveClient as DriveClient
-    from motorcade.drive.connection import CarError as CarError
     from motorcade.engine.world import World as World
+    from motorcade.errors import DriveError as DriveError
+    from motorcade.errors import InputError as InputError
+    from motorcade.errors import MatError as MatError
+    from motorcade.errors import MotorcadeError as MotorcadeError
+    from motorcade.errors import TransferError as TransferError
     from motorcade.mats import Mat as Mat
     from motorcade.mats import Physics as Physics
     from motorcade.mats import Pose as Pose
@@ -64,7 +68,6 @@ _MODULES = {
     "motorcade.car.check": ("check_board",),
     "motorcade.car.check.checked_board": ("BoardObserver",),
     "motorcade.drive.blocking_client": ("BlockingDriveClient",),
-    "motorcade.drive.connection": ("CarError",),
     "motorcade.drive.client": ("DriveClient",),
     "motorcade.config.profile": ("Profile", "load_profile"),
     "motorcade.program.compiler": ("Compiled", "compile_program"),
@@ -95,6 +98,7 @@ _MODULES = {
     "motorcade.mats": ("Mat", "Physics", "Pose", "formation", "open_table", "read_mat"),
     "motorcade.runs.running": ("simulate",),
     "motorcade.engine.world": ("World",),
+    "motorcade.errors": ("DriveError", "InputError", "MatError", "MotorcadeError", "TransferError"),
     "motorcade.words.field": ("WordError",),
     "motorcade.words.formats": ("CONTROL", "DRIVE", "FRAME", "HEADER", "LIGHTS"),
 }

@@ -50,7 +50,8 @@ class Phrase:
 class MotorcadeError(Exception):
     """Something is wrong that a user can act on.
 
-    A subclass exists only where a caller has to distinguish it.
+    Callers may catch a part of the tree below, and `WordError`, `ImageError`, `ProgramError` of the modules that raise
+    them. Each code is raised as one class. A module has a subclass where its callers have to distinguish one.
 
     Attributes:
         code: names the sentence: the key below "errors" in `locales/<language>.json`; stable.
@@ -108,6 +109,26 @@ class MotorcadeError(Exception):
         from motorcade.outcomes import http_status_of
 
         return http_status_of(self.code)
+
+
+class InputError(MotorcadeError):
+    """A file that somebody wrote, or a value that was given, isn't allowed."""
+
+
+class MatError(InputError):
+    """A mat, or what stands on it, isn't allowed."""
+
+
+class TransferError(MotorcadeError):
+    """An image or a request doesn't get to a car, or the car doesn't take it."""
+
+
+class DriveError(MotorcadeError):
+    """Something fails between a driver and a car."""
+
+
+class CameraError(MotorcadeError):
+    """A camera gives no pictures."""
 
 
 def brief(code: str, details: "dict[str, Any]") -> str:

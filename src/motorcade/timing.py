@@ -31,20 +31,29 @@ class RateLimit:
 
     def __init__(self, most: int, window_ms: int) -> None:
         self._window_ms = window_ms
+        # A full deque drops its oldest time.
         self._times_ms: deque[int] = deque(maxlen=most)
+
+    def wait_ms(self, now_ms: int) -> int:
+        """How long it has to wait at ``now_ms`` (ticks); 0 where it may be done at once."""
+        if len(self._times_ms) < (self._times_ms.maxlen or 0):
+            return 0
+        return max(self._window_ms - elapsed_ms(now_ms, self._times_ms[0]), 0)
+
+    def add(self, now_ms: int) -> None:
+        """Count that it was done at ``now_ms`` (ticks)."""
+        self._times_ms.append(now_ms)
 
     def allows(self, now_ms: int) -> bool:
         """Whether it may be done once more at ``now_ms`` (ticks); if so, it counts."""
-        times_ms = self._times_ms
-        if len(times_ms) == times_ms.maxlen and elapsed_ms(now_ms, times_ms[0]) < self._window_ms:
+        if self.wait_ms(now_ms):
             return False
-        # A full deque drops its oldest time.
-        times_ms.append(now_ms)
+        self.add(now_ms)
         return True
 
 
 class Attempts:
-    """Count attempts of each key, an address or a name; who has made too many has to wait, also with a right one.
+    """Limit the attempts of each key, an address or a name; who has made too many has to wait, also with a right one.
 
     Args:
         most: how many a key may have in a window.
@@ -54,21 +63,24 @@ class Attempts:
 
     def __init__(self, most: int, window_s: float, code: str = "too-many-attempts") -> None:
         self._most, self._window_s, self._code = most, window_s, code
-        self._times_s: OrderedDict[str, deque[float]] = OrderedDict()
+        self._limits: OrderedDict[str, RateLimit] = OrderedDict()
 
     def check(self, key: str, now_s: float) -> None:
         """Raise MotorcadeError, with the seconds to wait, and how many a second are allowed, if there were too many."""
-        times_s = self._times_s.get(key, deque())
-        if len(times_s) == self._most and now_s - times_s[0] < self._window_s:
-            seconds = max(math.ceil(self._window_s - (now_s - times_s[0])), 1)
+        limit = self._limits.get(key)
+        wait_ms = limit.wait_ms(to_ticks(now_s)) if limit else 0
+        if wait_ms:
+            seconds = math.ceil(wait_ms / 1000)
             raise MotorcadeError(self._code, seconds=seconds, most=math.ceil(self._most / self._window_s))
 
     def add(self, key: str, now_s: float) -> None:
         """Count an attempt."""
-        self._times_s.setdefault(key, deque(maxlen=self._most)).append(now_s)
-        self._times_s.move_to_end(key)
-        if len(self._times_s) > _MOST_KEYS:
-            self._times_s.popitem(last=False)
+        if key not in self._limits:
+            self._limits[key] = RateLimit(self._most, int(self._window_s * 1000))
+        self._limits[key].add(to_ticks(now_s))
+        self._limits.move_to_end(key)
+        if len(self._limits) > _MOST_KEYS:
+            self._limits.popitem(last=False)
 
     def count(self, key: str, now_s: float) -> None:
         """Count an attempt. Raises MotorcadeError where there were too many."""

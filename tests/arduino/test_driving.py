@@ -7,8 +7,8 @@ import pytest
 from motorcade.car.brain import NO_LED, VOICE_GO, VOICE_STOP
 from motorcade.config.pins import VoiceMap, parse_pins
 from motorcade.firmware.arduino_library import library_files, library_folder, sketch_files
-from motorcade.words.image import words_to_bytes
 from motorcade.words.infrared import FrameReceiver, frame_durations_us, to_frame
+from motorcade.words.packing import words_to_bytes
 from support import arduino_build
 from support.emulated_chips import EDGES, LIGHT, UNO, Chip, ChipWorld
 from support.emulated_uploads import held_image, image_of, upload

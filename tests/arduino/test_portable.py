@@ -14,8 +14,8 @@ from scripts import debian
 from motorcade.boards.on_chip.infrared import InfraredReceiver
 from motorcade.car.loop import Car
 from motorcade.firmware.arduino_library import library_folder
-from motorcade.words.image import words_to_bytes
 from motorcade.words.infrared import frame_durations_us, to_frame
+from motorcade.words.packing import words_to_bytes
 from motorcade.words.request import car_request, check_request
 from motorcade.words.upload import READBACK_REQUEST, ok_line
 from support.emulated_uploads import image_of

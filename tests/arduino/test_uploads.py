@@ -6,8 +6,9 @@ import random
 import pytest
 
 from motorcade.upload.transfer import UploadTransfer
-from motorcade.words.image import words_to_bytes
-from motorcade.words.upload import READBACK_REQUEST, VERIFIED
+from motorcade.words.packing import words_to_bytes
+from motorcade.words.upload import READBACK_REQUEST
+from motorcade.words.uploader import VERIFIED
 from support import arduino_build, emulated_chips
 from support.emulated_chips import CYCLES_A_MS, EEPROM, RECEIVED, UNO, ChipWorld
 from support.emulated_uploads import BAUD, held_image, image_of, run, upload

@@ -1,4 +1,4 @@
-"""One project, two windows: two pupils of a class, and two tabs of a browser."""
+"""One project, two windows: two pupils of a class."""
 
 from playwright.sync_api import Locator, Page, expect
 from scripts.studio_process import project_link
@@ -6,19 +6,10 @@ from scripts.studio_process import project_link
 from motorcade.locales import catalogue
 from support.class_visits import class_room
 from support.soak import SOAK
-from support.studio_page import StudioPage
 from support.studio_programs import FOLLOWED
 from support.waiting import wait_until
 
 TEXTS = catalogue("en")["page"]
-# Stores unsaved work like this tab's, but without blocks, as a closed one leaves it; false where there is none yet.
-LEAVE_BEHIND = """() => {
-  const key = sessionStorage["motorcade.place"];
-  if (!localStorage[key]) return false;
-  localStorage[key + "-closed"] = JSON.stringify({ ...JSON.parse(localStorage[key]), leader: {}, name: "Left" });
-  return true;
-}"""
-LEFT_BEHIND = "JSON.parse(Object.entries(localStorage).find(([key]) => key.endsWith('-closed'))[1]).name"
 
 
 def say(key: str, **values: str) -> str:
@@ -126,46 +117,3 @@ if SOAK:
             type_seconds(one, "leader", "1")
             # The one who has left goes on alone with a copy.
             expect_seconds(other, "leader", "2")
-
-
-def test_two_tabs_have_a_window_each(open_page) -> None:
-    # Each block is in view in both tabs. A tab that a page opens may begin with the browser's own size.
-    first = open_page(project=FOLLOWED, size=(1440, 1200))
-    one = first.page
-    # What a closed tab left behind asks nothing of the second window, and waits for another tab.
-    wait_until(lambda: one.evaluate(LEAVE_BEHIND))
-    first.project_menu("menu.pair")
-    with one.context.expect_page() as opened:
-        button(one, "pair.openTab").click()
-    other = opened.value
-    other.set_viewport_size({"width": 1440, "height": 1200})
-    expect_windows(one, "you", say("pair.otherTab"))
-    expect_windows(other, say("pair.otherTab"), "you")
-
-    type_seconds(one, "leader", "3")
-    expect_seconds(other, "leader", "3")
-    type_seconds(other, "followers", "1")
-    expect_seconds(one, "followers", "1")
-
-    # A third tab, which wants the leader's window too.
-    pair = one.evaluate("sessionStorage['motorcade.pair']")
-    third = StudioPage(first.context, first.url, "en")
-    third.page.goto(f"{first.url}#pair={pair}")
-    third.wait_until_ready()
-    expect(bar(third.page)).to_contain_text(say("pair.onlooker"))
-    for editor in ("leader", "followers"):
-        expect(third.page.locator(f"#{editor}-blocks")).to_contain_text(say("pair.readOnly", name=say("pair.otherTab")))
-    expect_seconds(third.page, "leader", "3")
-    third.page.close()
-
-    # A tab that is closed gives its window back; its blocks are stored.
-    one.close()
-    expect_windows(other, "free", "you")
-    button(other, "pair.take").click()
-    type_seconds(other, "leader", "2")
-    other.reload()
-    expect_windows(other, "you", "you")
-    expect_seconds(other, "leader", "2")
-    expect_seconds(other, "followers", "1")
-    first.page = other
-    assert other.evaluate(LEFT_BEHIND) == "Left"

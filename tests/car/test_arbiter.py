@@ -2,18 +2,8 @@
 
 import pytest
 
-from motorcade.car.arbiter import (
-    APPLIED,
-    HALTED,
-    NEEDS_NEUTRAL,
-    NEUTRAL,
-    NOBODY,
-    STATES,
-    TABLE,
-    WATCHING,
-    YIELDED,
-    Arbiter,
-)
+from motorcade.car.arbiter import APPLIED, HALTED, NEEDS_NEUTRAL, NOBODY, STATES, TABLE, WATCHING, YIELDED, Arbiter
+from motorcade.words.positions import DRIVE_NEUTRAL
 from motorcade.words.ticks import TICKS_MASK
 from support.arbiter_witness import MOVES, STILLS
 
@@ -38,7 +28,7 @@ def test_a_command_counts_for_300_ms_and_not_for_one_more(car: Arbiter) -> None:
     assert car.tick(300) == 1
     assert car.word == MOVES[1]
     car.tick(301)
-    assert (state(car), car.word) == ("failsafe", NEUTRAL)
+    assert (state(car), car.word) == ("failsafe", DRIVE_NEUTRAL)
 
 
 @pytest.mark.parametrize("now", [0, TICKS_MASK - 100])
@@ -56,7 +46,7 @@ def test_the_next_tick_is_due_when_something_happens(car: Arbiter, now: int) -> 
 def test_after_a_failsafe_one_command_with_speed_0_arms(car: Arbiter) -> None:
     car.command(1, MOVES[1], 0)
     assert car.command(1, MOVES[1], 400) == NEEDS_NEUTRAL
-    assert car.word == NEUTRAL
+    assert car.word == DRIVE_NEUTRAL
     assert car.command(1, STILLS[1], 410) == APPLIED
     assert car.word == STILLS[1]
     assert car.command(1, MOVES[1], 420) == APPLIED
@@ -66,14 +56,14 @@ def test_after_a_failsafe_one_command_with_speed_0_arms(car: Arbiter) -> None:
 def test_who_stood_still_before_the_silence_drives_on_at_once(car: Arbiter) -> None:
     car.command(1, STILLS[1], 0)
     car.tick(2000)
-    assert (state(car), car.word) == ("ready", NEUTRAL)
+    assert (state(car), car.word) == ("ready", DRIVE_NEUTRAL)
     assert car.command(1, MOVES[1], 2000) == APPLIED
 
 
 def test_a_driver_who_gives_back_leaves_a_car_that_the_next_command_drives(car: Arbiter) -> None:
     car.command(1, MOVES[1], 0)
     car.release(1, 10)
-    assert (state(car), car.word) == ("ready", NEUTRAL)
+    assert (state(car), car.word) == ("ready", DRIVE_NEUTRAL)
     assert car.command(2, MOVES[2], 20) == APPLIED
 
 
@@ -88,7 +78,7 @@ def test_a_driver_who_is_gone_while_moving_leaves_a_car_that_needs_arming(car: A
 def test_a_driver_who_is_gone_while_standing_leaves_a_centred_car_that_the_next_command_drives(car: Arbiter) -> None:
     car.command(1, STILLS[1], 0)
     car.gone(1, 10)
-    assert (state(car), car.word) == ("ready", NEUTRAL)
+    assert (state(car), car.word) == ("ready", DRIVE_NEUTRAL)
     assert car.command(2, MOVES[2], 20) == APPLIED
 
 
@@ -128,7 +118,7 @@ def test_the_wheel_passes_to_who_asked_once_the_car_stands(car: Arbiter) -> None
 
 
 def test_who_asks_while_the_car_stands_has_the_wheel_at_once(car: Arbiter) -> None:
-    assert car.word == NEUTRAL
+    assert car.word == DRIVE_NEUTRAL
     assert car.request(2, 0) is True
     assert car.request(2, 5) is True
     assert car.command(1, MOVES[1], 10) == WATCHING
@@ -146,7 +136,7 @@ def test_who_asked_gets_the_wheel_from_one_who_fell_silent(car: Arbiter) -> None
 def test_nothing_moves_after_an_emergency_stop_until_it_is_lifted_and_the_car_armed(car: Arbiter) -> None:
     car.command(1, MOVES[1], 0)
     car.stop()
-    assert car.word == NEUTRAL
+    assert car.word == DRIVE_NEUTRAL
     for word in (STILLS[1], MOVES[1]):
         assert car.command(1, word, 10) == HALTED
     assert car.resume(1, 20) is False
@@ -158,13 +148,13 @@ def test_nothing_moves_after_an_emergency_stop_until_it_is_lifted_and_the_car_ar
 
 def test_a_program_yields_to_a_driver_and_goes_on_when_told(car: Arbiter) -> None:
     assert car.resume(1, 0) is True
-    assert (state(car), car.word) == ("program", NEUTRAL)
+    assert (state(car), car.word) == ("program", DRIVE_NEUTRAL)
     assert car.command(1, STILLS[1], 10) == YIELDED
     assert car.command(1, MOVES[1], 20) == APPLIED
     assert car.resume(2, 30) is False
     assert car.word == MOVES[1]
     assert car.resume(1, 40) is True
-    assert (state(car), car.word, car.driver) == ("program", NEUTRAL, NOBODY)
+    assert (state(car), car.word, car.driver) == ("program", DRIVE_NEUTRAL, NOBODY)
 
 
 def test_an_emergency_stop_ends_the_program_too(car: Arbiter) -> None:

@@ -11,8 +11,8 @@ from motorcade.car.board import NOTHING_IN_SIGHT_MM, make_levels
 from motorcade.car.senses import NOTHING, Senses
 from motorcade.config.profile import levels_of
 from motorcade.words.formats import CONTROL
-from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import to_frame
+from motorcade.words.packing import bytes_to_words
 from motorcade.words.ticks import elapsed_ms, later_ms
 from support.radio_hall import RadioCar
 from support.strategies import BRISK, images, tagged_frames, words

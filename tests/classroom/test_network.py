@@ -103,20 +103,18 @@ class Announcing:
         self.interfaces = interfaces
         Announcing.opened.append(self)
 
-    async def async_register_service(self, info):
+    def register_service(self, info, **named):
         Announcing.info = info
         if self.problem:
             raise self.problem
 
-    async def async_close(self):
+    def close(self):
         Announcing.opened.remove(self)
 
 
 @pytest.fixture
 def announcing(monkeypatch):
-    import zeroconf.asyncio
-
-    monkeypatch.setattr(zeroconf.asyncio, "AsyncZeroconf", Announcing)
+    monkeypatch.setattr("zeroconf.Zeroconf", Announcing)
     monkeypatch.setattr(Announcing, "problem", None)
     yield Announcing
     assert Announcing.opened == []
@@ -142,12 +140,12 @@ def test_a_name_that_cannot_be_announced_is_told_and_not_shown(announcing, monke
 
 def test_a_tunnel_that_takes_no_multicast_does_not_silence_the_other_addresses(announcing, monkeypatch):
     class WithoutTunnel(announcing):
-        async def async_register_service(self, info):
+        def register_service(self, info, **named):
             if "10.8.0.2" in self.interfaces:
                 raise OSError(19, "No such device")
-            await super().async_register_service(info)
+            super().register_service(info)
 
-    monkeypatch.setattr("zeroconf.asyncio.AsyncZeroconf", WithoutTunnel)
+    monkeypatch.setattr("zeroconf.Zeroconf", WithoutTunnel)
     found = announce(Network(["192.168.1.5", "10.8.0.2"], 7710, announces=True))
     assert found == ("http://motorcade.local:7710/", None)
     assert announcing.info.parsed_addresses() == ["192.168.1.5"]

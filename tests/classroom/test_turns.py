@@ -7,8 +7,7 @@ from functools import partial
 from starlette.testclient import TestClient
 
 from motorcade.classroom.running import EmergencyStop
-from motorcade.drive.connection import CarError
-from motorcade.errors import MotorcadeError
+from motorcade.errors import DriveError, MotorcadeError
 from motorcade.server.fleet import CombinedFleet, Fleet, RemoteCar
 from motorcade.server.remote import make_remote
 from motorcade.server.remote_messages import ListedCar
@@ -142,7 +141,7 @@ async def test_a_stop_is_lifted_once_the_new_connection_to_the_car_is_there(monk
     async def connecting(control, action):
         tries.append(action)
         if len(tries) < 3:
-            raise CarError("away", detail="")
+            raise DriveError("away", detail="")
         await act(control, action)
 
     monkeypatch.setattr(Control, "act", connecting)

@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 from motorcade.missions.document import LITERATURE, missions
-from motorcade.missions.schema import GOALS, goal_schema, mission_schema
-from support.command_line import Terminal, data, refusal, run
+from support.command_line import Terminal, data, run
 
 # A leader that must drive out of its box, and a program for it.
 MISSION = """\
@@ -92,24 +91,6 @@ def test_check_counts_stars_and_says_when_and_why(mission, tmp_path):
     }
     # At 200 mm/s the car is out of the box, whose radius is 0.5 m, after 2.5 s.
     assert (goals["out-of-zone"]["met"], goals["out-of-zone"]["t_ms"]) == (True, 2600)
-
-
-@pytest.fixture
-def kind_without_judge(monkeypatch):
-    """A kind of goal that is declared and nothing else."""
-    with monkeypatch.context() as patched:
-        patched.setitem(GOALS, "dances", GOALS["no-touch"])
-        for schema in (goal_schema, mission_schema):
-            schema.cache_clear()
-        yield "dances"
-    for schema in (goal_schema, mission_schema):
-        schema.cache_clear()
-
-
-def test_a_kind_of_goal_that_nothing_judges_is_told_in_a_sentence(tmp_path, kind_without_judge):
-    path = tmp_path / "dances.toml"
-    path.write_text(f'{MISSION}\n[[goal]]\nkind = "dances"\n', encoding="utf-8")
-    assert "goals of the kind 'dances' can't be judged" in refusal(2, "check", path, project(tmp_path, FORWARD))
 
 
 def test_check_ends_with_1_where_no_star_is_earned(mission, tmp_path):

@@ -14,9 +14,9 @@ import psutil
 import pyarrow.parquet as pq
 import pytest
 
-from motorcade.experiments import plan as planning
-from motorcade.experiments import run as running
 from motorcade.extras import install_command
+from motorcade.lab import plan as planning
+from motorcade.lab import run as running
 from support.command_line import PARADE, data, refusal, run
 from support.waiting import DEADLINE_S, wait_until
 
@@ -24,7 +24,7 @@ CAR_STEPS = 50_000
 # The command with small tasks, so that there are many of them.
 SMALL_TASKS = f"""
 from motorcade.cli import main
-from motorcade.experiments import plan
+from motorcade.lab import plan
 plan.TASK_CAR_STEPS = {CAR_STEPS}
 main()
 """
@@ -234,7 +234,7 @@ def test_programs_and_mats_that_are_not_valid_are_named(spec, tmp_path):
 )
 def test_what_is_not_installed_is_named_with_its_command(spec, tmp_path, monkeypatch, missing, extra, more):
     monkeypatch.setitem(sys.modules, missing, None)
-    for name in [each for each in sys.modules if each.startswith("motorcade.experiments.")]:
+    for name in [each for each in sys.modules if each.startswith("motorcade.lab.")]:
         monkeypatch.delitem(sys.modules, name)
     sentence = refusal(2, "sweep", spec, "-o", tmp_path / "out.parquet", *more)
     assert sentence == f"a sweep needs {missing}: {install_command(extra)}"

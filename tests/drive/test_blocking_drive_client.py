@@ -5,7 +5,8 @@ import threading
 import pytest
 
 from motorcade.drive.blocking_client import BlockingDriveClient
-from motorcade.drive.connection import CarError, CarRefusesError
+from motorcade.drive.connection import CarRefusesError
+from motorcade.errors import DriveError
 from support.driven_car import deaf_port
 from support.mock_board import NEUTRAL
 from support.waiting import wait_until
@@ -32,7 +33,7 @@ def test_a_program_without_asyncio_drives_too(car):
 def test_a_blocking_client_that_finds_no_car_leaves_no_thread_behind():
     before = set(threading.enumerate())
     with deaf_port() as port:
-        finds_none = pytest.raises(CarError)
+        finds_none = pytest.raises(DriveError)
         with finds_none, BlockingDriveClient("127.0.0.1", port, patience_s=0.2):
             pass
     assert set(threading.enumerate()) <= before

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motorcade.drive.session import ControlSession
-from motorcade.drive.wire import DriveError
+from motorcade.drive.wire import SessionError
 from motorcade.words.formats import DRIVE
 from support.socketless_car import SocketlessCar, begin, command, receive
 
@@ -110,7 +110,7 @@ def test_a_client_gets_a_place_of_one_that_has_two_more_but_not_the_wheel(taken,
     for session in sessions:
         session.take_place()
     comes = ControlSession(car.control, newcomer, newcomer)
-    with pytest.raises(DriveError, match="9 in all") if gives is None else nullcontext():
+    with pytest.raises(SessionError, match="9 in all") if gives is None else nullcontext():
         comes.take_place()
     assert [each.client for each in sessions if not each.has_place] == ([gives] if gives else [])
     assert sessions[0].drives

@@ -6,8 +6,9 @@ from contextlib import AsyncExitStack, closing, suppress
 import pytest
 
 from motorcade.drive.client import DriveClient
-from motorcade.drive.connection import CarError, CarRefusesError
+from motorcade.drive.connection import CarRefusesError
 from motorcade.drive.wire import pack_frame
+from motorcade.errors import DriveError
 from support.driven_car import deaf_port
 from support.loop_car import loop_car
 from support.mock_board import NEUTRAL
@@ -121,7 +122,7 @@ async def test_a_car_that_refuses_gives_its_reason_and_one_without_telemetry_is_
             assert "程序" in refused.value.sentence("zh")
         async with DriveClient("127.0.0.1", car.port, telemetry_port=0) as bare, driving(bare):
             await until(lambda: car.board.setpoint == AHEAD)
-            with pytest.raises(CarError, match="telemetry port"):
+            with pytest.raises(DriveError, match="telemetry port"):
                 await bare.stop()
 
 
@@ -131,7 +132,7 @@ async def test_a_full_car_is_distinguished_from_an_absent_one():
         for _ in range(9):
             watcher = await stack.enter_async_context(client(car))
             await watcher.request()
-        with pytest.raises(CarError) as full:
+        with pytest.raises(DriveError) as full:
             await come_and_drive(client(car, patience_s=2))
         assert "9" in str(full.value)
         assert "满" in full.value.sentence("zh")
@@ -139,11 +140,11 @@ async def test_a_full_car_is_distinguished_from_an_absent_one():
 
 @mock_clock
 async def test_where_no_car_is_the_sentence_names_the_address_and_the_reason():
-    with deaf_port() as port, pytest.raises(CarError, match=f":{port} .*no program listens there.*drive serve"):
+    with deaf_port() as port, pytest.raises(DriveError, match=f":{port} .*no program listens there.*drive serve"):
         async with DriveClient("127.0.0.1", port, patience_s=2):
             pass
     begin_s = asyncio.get_running_loop().time()
-    with pytest.raises(CarError, match=r"no address 'there-is-none\.invalid'"):
+    with pytest.raises(DriveError, match=r"no address 'there-is-none\.invalid'"):
         async with DriveClient("there-is-none.invalid", patience_s=600):
             pass
     assert asyncio.get_running_loop().time() - begin_s < 300
@@ -155,11 +156,11 @@ async def test_a_car_that_stays_away_is_an_error_of_the_next_command():
         async with loop_car() as car:
             driver = await stack.enter_async_context(client(car, patience_s=0.2))
             await driver.next_telemetry()
-        with pytest.raises(CarError, match=r"has been away for \d+ s"):
+        with pytest.raises(DriveError, match=r"has been away for \d+ s"):
             await drive_on(driver)
-        with pytest.raises(CarError, match="away"):
+        with pytest.raises(DriveError, match="away"):
             await driver.stop()
-        with pytest.raises(CarError, match="away"):
+        with pytest.raises(DriveError, match="away"):
             await driver.next_telemetry()
 
 

@@ -3,9 +3,9 @@
 import pytest
 
 from motorcade.drive.client import DriveClient
-from motorcade.drive.connection import CarError, CarRefusesError
+from motorcade.drive.connection import CarRefusesError
 from motorcade.drive.keys import server_context
-from motorcade.errors import MotorcadeError
+from motorcade.errors import DriveError, MotorcadeError
 from support.loop_car import loop_car
 from support.mock_clock import mock_clock
 from support.waiting import until
@@ -46,7 +46,7 @@ async def test_without_the_right_keys_nobody_drives_and_the_sentence_speaks_of_k
     if "keys" in options:
         options = {**options, "keys": keys / options["keys"]}
     async with loop_car(tls) as car:
-        with pytest.raises(CarError, match=says) as raised:
+        with pytest.raises(DriveError, match=says) as raised:
             await come_and_drive(client(car, patience_s=3, **options))
         assert raised.value.code == code
         assert not car.board.has_moved()
@@ -67,7 +67,7 @@ async def test_the_error_of_a_driver_whose_keys_the_car_refuses_speaks_of_keys(k
 @mock_clock
 async def test_the_error_of_keys_for_a_car_without_keys_is_to_leave_them_out(keys):
     async with loop_car() as car:
-        with pytest.raises(CarError, match=r"started with --keys\?"):
+        with pytest.raises(DriveError, match=r"started with --keys\?"):
             await come_and_drive(client(car, keys=keys / "driver-lin.pem"))
 
 
@@ -75,13 +75,13 @@ async def test_the_error_of_keys_for_a_car_without_keys_is_to_leave_them_out(key
 async def test_a_client_sends_nothing_to_a_car_that_takes_something_else(keys, tls):
     """Neither keys to a car without them, nor commands to one that wants them."""
     async with loop_car() as car:
-        with pytest.raises(CarError, match="sends telemetry without TLS"):
+        with pytest.raises(DriveError, match="sends telemetry without TLS"):
             await come_and_drive(client(car, keys=keys / "driver-lin.pem", patience_s=2))
         assert (car.control.telemetry().refused, car.control.telemetry().turned_away) == (0, 0)
     async with loop_car(tls) as car:
         said = []
         car.server.refusals.say = said.append
-        with pytest.raises(CarError, match="--keys"):
+        with pytest.raises(DriveError, match="--keys"):
             await come_and_drive(client(car, patience_s=3))
         assert not car.server.commands
         assert not car.board.has_moved()

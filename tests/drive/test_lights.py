@@ -3,13 +3,13 @@
 import pytest
 from starlette.testclient import TestClient
 
-from motorcade.boards.simulated_drive import SimulatedBoard
 from motorcade.config.profile import built_in_profile
 from motorcade.drive.deadman import DeadmanSwitch
 from motorcade.drive.motors import Switchboard
 from motorcade.drive.session import ControlSession
 from motorcade.drive.stamps import Freshness, stamp_at
 from motorcade.drive.wire import OUTCOMES
+from motorcade.engine.simulated_drive import SimulatedBoard
 from motorcade.errors import MotorcadeError
 from motorcade.server.fleet import SingleCar
 from motorcade.server.remote import make_remote

@@ -6,13 +6,13 @@ from typing import Any
 
 import pytest
 
-from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.car.arbiter import APPLIED, NEEDS_NEUTRAL, UNPOWERED
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.drive_limits import READINGS
 from motorcade.config.profile import Profile
 from motorcade.drive.session import CarControl, ControlSession
-from motorcade.drive.wire import DriveError
+from motorcade.drive.wire import SessionError
+from motorcade.engine.simulated_drive import DrivenCars
 from motorcade.engine.world import World
 from motorcade.mats import playground
 from motorcade.words.formats import DRIVE
@@ -153,7 +153,7 @@ def test_a_low_battery_ends_in_a_gentle_stop_and_commands_count_again_once_it_is
     assert len(falling) == pytest.approx(25, abs=2)
     assert (car.shown[0], car.board.setpoint) == ("discharged", NEUTRAL)
     assert car.session.command(AHEAD) == car.session.command(STILL) == UNPOWERED
-    with pytest.raises(DriveError, match="battery"):
+    with pytest.raises(SessionError, match="battery"):
         car.session.resume_program()
     car.board.voltage_mv = 6900
     car.drive(AHEAD, 5 * SECOND_MS)

@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import gc
 import socket
+import ssl
 import threading
 from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
@@ -56,15 +57,19 @@ class Standing(asyncio.Protocol):
 
 
 @contextlib.asynccontextmanager
-async def listening(made: Callable[[asyncio.BaseTransport], None], count: int) -> AsyncIterator[None]:
+async def listening(
+    made: Callable[[asyncio.BaseTransport], None],
+    count: int,
+    turned_away: Callable[[], None] = lambda: None,
+    tls: ssl.SSLContext | None = None,
+) -> AsyncIterator[list[socket.socket]]:
     """Accept ``count`` clients that came before, while the block runs."""
     with bind("127.0.0.1", 0) as socket_of_listener, contextlib.ExitStack() as held:
-        listener = Listener(socket_of_listener, partial(Standing, made), lambda: None)
-        for _ in range(count):
-            held.enter_context(socket.create_connection(listener.address))
+        listener = Listener(socket_of_listener, partial(Standing, made), turned_away, tls)
+        clients = [held.enter_context(socket.create_connection(listener.address)) for _ in range(count)]
         serving = asyncio.ensure_future(listener.serve())
         async with asyncio.timeout(DEADLINE_S):
-            yield
+            yield clients
         listener.close_to_newcomers()
         serving.cancel()
         await asyncio.gather(serving, return_exceptions=True)
@@ -106,3 +111,23 @@ def test_open_connections_get_a_turn_between_two_newcomers() -> None:
 
     asyncio.run(accept())
     assert len(set(turn_of_each)) == len(turn_of_each)
+
+
+def test_a_flood_that_wants_handshakes_does_not_fill_the_queue_in_which_newcomers_wait() -> None:
+    """A round of the event loop may last for a handshake, so one newcomer a round is too few."""
+
+    count, rounds, turned_away = 200, 0, []
+
+    async def accept() -> None:
+        nonlocal rounds
+        tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+        async with listening(lambda _: None, count, lambda: turned_away.append(rounds), tls) as clients:
+            for client in clients:
+                client.sendall(b"nonsense")
+            # All are of one address, so most of them are turned away as soon as they are accepted.
+            while len(turned_away) < count / 2:
+                await asyncio.sleep(0)
+                rounds += 1
+
+    asyncio.run(accept())
+    assert rounds < count / 4

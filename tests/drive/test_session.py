@@ -8,7 +8,7 @@ import pytest
 from motorcade.car.arbiter import APPLIED
 from motorcade.config.profile import built_in_profile
 from motorcade.drive.session import ControlSession
-from motorcade.drive.wire import OUTCOMES, OVER_RATE, DriveError
+from motorcade.drive.wire import OUTCOMES, OVER_RATE, SessionError
 from motorcade.words.field import WordError
 from motorcade.words.formats import DRIVE
 from support.mock_board import MockCar
@@ -119,11 +119,11 @@ def test_one_drives_and_eight_watch_who_leave_a_place_for_the_driver(car: MockCa
     watchers = [ControlSession(car.control, f"watcher {number}", watches=True) for number in range(9)]
     for watcher in watchers[:8]:
         watcher.take_place()
-    with pytest.raises(DriveError, match="9 in all"):
+    with pytest.raises(SessionError, match="9 in all"):
         watchers[8].take_place()
     assert session.command(MOVE) == APPLIED
     assert car.control.telemetry().watchers == 8
-    with pytest.raises(DriveError):
+    with pytest.raises(SessionError):
         ControlSession(car.control, "one too many").take_place()
     watchers[0].leave()
     ControlSession(car.control, "next").take_place()
@@ -165,7 +165,7 @@ def test_a_driver_takes_the_wheels_from_the_program_before_the_command(car: Mock
 
 def test_a_program_does_not_push_a_driver_aside(car: MockCar, session: ControlSession) -> None:
     session.command(MOVE)
-    with pytest.raises(DriveError, match="somebody else drives"):
+    with pytest.raises(SessionError, match="somebody else drives"):
         ControlSession(car.control, "grace").resume_program()
     assert car.state == "moving"
 

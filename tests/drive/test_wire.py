@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motorcade.drive.wire import (
-    DriveError,
+    SessionError,
     newest_of_each_code,
     pack_frame,
     pack_word,
@@ -52,7 +52,7 @@ def test_a_frame_may_be_as_long_as_allowed_and_no_longer() -> None:
     frame = pack_frame({"do": "join"})
     most_bytes = len(frame) - 4
     assert len(list(take_frames(bytearray(frame), most_bytes))) == 1
-    with pytest.raises(DriveError, match=f"at most {most_bytes - 1} bytes of JSON"):
+    with pytest.raises(SessionError, match=f"at most {most_bytes - 1} bytes of JSON"):
         list(take_frames(bytearray(frame), most_bytes - 1))
 
 

@@ -17,7 +17,8 @@ from motorcade.engine.world import World
 from motorcade.mats import Mat, Physics
 from motorcade.mats.model import Starts
 from motorcade.words.formats import CONTROL
-from motorcade.words.image import Image, image_words, words_to_bytes
+from motorcade.words.image import Image, image_words
+from motorcade.words.packing import words_to_bytes
 from support.plain_world import PlainWorld
 from support.strategies import BRISK, CLASSROOM
 from support.worlds import DURATIONS_MS, Case, CrowdedWorld, cases, contents, crowd, digest, go, ran

@@ -5,14 +5,16 @@ import os
 import signal
 import threading
 import weakref
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import pytest
 
 from motorcade.engine.world import World
+from motorcade.mats import Pose
 from support.interrupts import lines_until_interrupted
 from support.soak import SOAK
 from support.waiting import wait_until
@@ -70,6 +72,41 @@ def test_a_run_that_is_broken_off_anywhere_goes_on_with_equal_bits(name: str) ->
         assert whole.snapshot().x_m.tolist() == world.snapshot().x_m.tolist()
         world.run(begun_ms + ticks * TICK_MS - world.now_ms)
         assert shown(world) == result, at
+
+
+CHANGES = {
+    "move": lambda world: world.move(1, Pose(0.9, -0.7, 1.5)),
+    "drive": lambda world: world.drive(1, 40, 1, 200),
+    "give back": lambda world: world.give_back(0),
+    "set an environment": lambda world: world.set_environment(replace(world.mat, people=(), voices=()), 900),
+    "reset": lambda world: world.reset(list(range(7, 7 + world.worlds))),
+}
+
+
+@pytest.mark.parametrize("name", ["one world", "many worlds of two threads, with events", "plain Python"])
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+def test_a_change_that_is_broken_off_anywhere_is_made_whole_or_not_at_all(
+    name: str, change: Callable[[World], None]
+) -> None:
+    def driven() -> World:
+        world = made(name)
+        world.drive(0, 120, 0, 150)
+        return world
+
+    def gone_on(world: World) -> list[Any]:
+        world.run(6 * TICK_MS)
+        return [shown(world), world.now_ms, world.run_number, world.seeds, world.mat, world.profile]
+
+    without, with_it = driven(), driven()
+    change(with_it)
+    results = [gone_on(without), gone_on(with_it)]
+    assert results[0] != results[1]
+    lines, seen = lines_until_interrupted(partial(change, driven()), -1), set()
+    for at in range(1, lines, 1 if SOAK else max(lines // 25, 1)):
+        world = driven()
+        lines_until_interrupted(partial(change, world), at)
+        seen.add(results.index(gone_on(world)))
+    assert 1 in seen
 
 
 @contextmanager

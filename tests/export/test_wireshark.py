@@ -15,7 +15,8 @@ from scripts.exports.wireshark import wireshark
 from motorcade.drive.client import DriveClient
 from motorcade.words.field import WordError
 from motorcade.words.formats import CONTROL, DRIVE, FRAME, HEADER, LIGHTS, switched_by
-from motorcade.words.image import ImageError, bytes_to_words, parse_image_bytes, words_to_bytes
+from motorcade.words.image import parse_image_bytes
+from motorcade.words.packing import ImageError, bytes_to_words, words_to_bytes
 from motorcade.words.request import car_request, check_request
 from motorcade.words.upload import READBACK_REQUEST, ok_line
 from support.command_line import run

@@ -13,8 +13,8 @@ from tests.faults.wheels import FAILSAFE_S, fields
 from tests.faults.world import Process
 
 from motorcade.drive.client import DriveClient
-from motorcade.drive.connection import CarError
 from motorcade.drive.wire import pack_word, stick_word
+from motorcade.errors import DriveError
 
 _COMMANDS, _TELEMETRY = 5005, 5006
 _PERIOD_S = 0.06
@@ -131,7 +131,7 @@ class Driver:
             self._hold += 1
             horn = {"horn": 1} if random.random() < 0.2 else {}
             while run.world.now_s < end_s and not run.world.is_healed:
-                with suppress(CarError):
+                with suppress(DriveError):
                     client.steer(*self._position(), **horn)
                 steered_s = run.world.now_s
                 await asyncio.sleep(_PERIOD_S)
@@ -150,7 +150,7 @@ class Driver:
         if self.random.random() < 0.3:
             run.world.after(0.3, run.world.unless_healed, lambda: self.freeze(2.5))
         while run.world.now_s < end_s and not run.world.is_healed:
-            with suppress(CarError):
+            with suppress(DriveError):
                 client.steer(0.0, 0.0, horn=1)
             await asyncio.sleep(_PERIOD_S)
         client.steer(0.0, 0.0)
@@ -169,7 +169,7 @@ class Driver:
                 await self.run.watcher.clear_with(client)
             else:
                 await getattr(client, what)()
-        except CarError as problem:
+        except DriveError as problem:
             self.run.world.note(self.process.name, problem.code)
         if what == "release":
             pins.release(self.number)
@@ -187,7 +187,7 @@ class Driver:
         run, pins, begin_s = self.run, self.run.pins, self.run.world.now_s
         pins.is_free = True
         while run.world.now_s < begin_s + 15:
-            with suppress(CarError):
+            with suppress(DriveError):
                 if not client.connected:
                     await asyncio.sleep(0.1)
                     continue
@@ -249,13 +249,13 @@ class Watcher:
         await asyncio.sleep(self.random.uniform(0.2, 2))
         for _ in range(self.random.randint(0, 2)):
             begin_s, car, is_calm = run.world.now_s, run.car, client.connected
-            with suppress(CarError):
+            with suppress(DriveError):
                 await self.stop_with(client)
             if is_calm and not run.pins.was_disturbed(begin_s) and car is run.car and not car.is_dead:
                 took_s = run.world.now_s - begin_s
                 run.world.keep("stop-gets-through", took_s < 0.2 and client.connected, f"after {took_s:.3f} s")
             await asyncio.sleep(self.random.uniform(0.1, 1.0))
-            with suppress(CarError):
+            with suppress(DriveError):
                 await self.clear_with(client)
         await self._stop_as_newcomer()
         await asyncio.sleep(60)
@@ -283,7 +283,7 @@ class Watcher:
         self.run.pins.is_halted = False
         try:
             await client.clear()
-        except CarError:
+        except DriveError:
             # A request without an answer may be on its way for long.
             self.run.world.after(12.0, self._end_clearing)
             raise
@@ -314,7 +314,7 @@ class Watcher:
             run.world.keep("stop-gets-through", took_s < 1.0, f"a newcomer's after {took_s:.3f} s")
         await asyncio.sleep(0.2)
         if not run.world.is_healed:
-            with suppress(CarError):
+            with suppress(DriveError):
                 async with DriveClient("car", _COMMANDS) as client:
                     await self.clear_with(client)
 

@@ -34,10 +34,10 @@ from motorcade.drive import session as drive_session
 from motorcade.drive.certificates import CarKeys, list_keys, make_keys
 from motorcade.drive.channels import Clients
 from motorcade.drive.client import DriveClient
-from motorcade.drive.connection import CarError
 from motorcade.drive.keys import RevokedKeys, client_context, server_context, write_revoked
 from motorcade.drive.server import serving, watched
 from motorcade.drive.session import CarControl
+from motorcade.errors import DriveError
 from motorcade.timing import to_ticks
 from motorcade.words.formats import DRIVE
 
@@ -208,7 +208,7 @@ class KeyedCar:
             return
         self.world.keep("drives-again", await self.reached(name, 8.0), f"{name}, whose keys count, isn't let in")
         client, before = self.drivers[name], self.board.moves
-        with suppress(CarError):
+        with suppress(DriveError):
             await client.request()
         for _ in range(120):
             client.steer(0.4, 0.0, horn=1)
@@ -222,7 +222,7 @@ class KeyedCar:
         self.world.keep("logged", any(who.startswith(name) for _, who in self.records), f"{self.records[-3:]}")
         client.steer(0.0, 0.0)
         await asyncio.sleep(0.3)
-        with suppress(CarError):
+        with suppress(DriveError):
             await client.release()
         self.world.keep("stands-in-time", self.board.speed == 0, "the wheels turn after the stick was released")
 
@@ -232,14 +232,14 @@ class KeyedCar:
         if name in self.revoked or not self.is_whole or not await self.reached(name, 8.0):
             return
         begin_s = self.world.now_s
-        with suppress(CarError):
+        with suppress(DriveError):
             await self.drivers[name].stop()
         assert self.control
         is_stopped = self.control.telemetry().state == "stopped"
         self.world.keep("stop-gets-through", is_stopped, f"{name} can't stop the car")
         took_s = self.world.now_s - begin_s
         self.world.keep("stop-gets-through", took_s < 0.5, f"after {took_s:.2f} s")
-        with suppress(CarError):
+        with suppress(DriveError):
             await self.drivers[name].clear()
 
     async def strangers(self) -> None:
@@ -390,7 +390,7 @@ class KeyedCar:
         self.world.keep("stop-gets-through", is_stopped and took_s < _STOP_S, f"a newcomer's after {took_s:.1f} s")
         await asyncio.sleep(2.5)
         if await self.reached(name, 8.0):
-            with suppress(CarError):
+            with suppress(DriveError):
                 await self.drivers[name].clear()
 
     async def _stop_as_newcomer(self, name: str) -> bool:

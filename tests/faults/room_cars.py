@@ -15,7 +15,8 @@ from tests.faults.world import Process
 from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore, StoreError, run, sealed, unsealed
 from motorcade.boards.lines import TcpPort
 from motorcade.config.profile import built_in_profile, levels_of
-from motorcade.words.image import Image, image_words, words_to_bytes
+from motorcade.words.image import Image, image_words
+from motorcade.words.packing import words_to_bytes
 from motorcade.words.request import GO, STOP, read_request
 from motorcade.words.upload import NO_PROGRAM
 

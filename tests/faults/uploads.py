@@ -21,7 +21,8 @@ from motorcade.config.profile import built_in_profile, levels_of
 from motorcade.errors import MotorcadeError
 from motorcade.upload import serial_port
 from motorcade.upload.transfer import EITHER, NEW, OLD
-from motorcade.words.image import Image, image_words, words_to_bytes
+from motorcade.words.image import Image, image_words
+from motorcade.words.packing import words_to_bytes
 from motorcade.words.ticks import TICKS_MASK
 from motorcade.words.upload import NO_PROGRAM
 

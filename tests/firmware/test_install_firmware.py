@@ -100,11 +100,34 @@ def test_a_running_car_gets_files_that_run():
         prompt = board_prompt.BoardPrompt(at.port)
         library = {f"/{path}": len(data) for path, data in ESP32.items() if path.startswith(f"{LIBRARY}/")}
         assert prompt.sizes(f"/{LIBRARY}") == library
-        importing = (
-            "import sys\nsys.path.append('/lib')\nimport motorcade.boards.on_chip.power_on, motorcade.car.check\n"
-        )
+        importing = "import sys\nsys.path.append('/lib')\nfrom motorcade.boards.on_chip.power_on import check\n"
         assert prompt._transport.exec(importing + "print('whole')") == b"whole\n"
+        # Nobody asked for the checker.
+        checking = "try:\n    check()\nexcept Exception as problem:\n    print(problem)\n"
+        told = prompt._transport.exec(checking)
+        assert told == b"checker-missing command=motorcade install-firmware --check\n"
         prompt.close()
+
+
+def test_a_chip_carries_what_a_chip_needs():
+    assert len(SOURCES) <= 30
+    assert sum(map(len, SOURCES.values())) <= 155_000
+    assert sum(map(len, ESP32.values())) <= 45_000
+    # What a word means is declared on the computer; a chip has the positions of fields.
+    assert not any(
+        path.startswith((f"{LIBRARY}/motorcade/devices", f"{LIBRARY}/motorcade/car/check")) for path in SOURCES
+    )
+
+
+def test_the_checker_comes_when_asked_for_and_goes_again():
+    with board() as at:
+        first = data("install-firmware", "--port", at.port, "--check", "--json")
+        assert first["files"] > len(ESP32)
+        with_checker = at.look().files
+        assert {path for path in with_checker if "/car/check/" in path}
+        assert json.loads(with_checker["car.json"])["check"]
+        data("install-firmware", "--port", at.port, "--json")
+        assert at.look().files == ESP32
 
 
 def test_only_files_that_differ_are_copied(small_car):

@@ -34,12 +34,12 @@ from motorcade.drive.keys import RevokedKeys, read_revoked
 from motorcade.engine.saving import MAGIC
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
-from motorcade.experiments.plan import Plan
-from motorcade.experiments.run import no_bar, run_sweep
-from motorcade.experiments.spec import parse_sweep
-from motorcade.experiments.task import run_task
 from motorcade.fleet.places import read_list, safe_name
 from motorcade.lab.capsule import verify, write_capsule
+from motorcade.lab.plan import Plan
+from motorcade.lab.run import no_bar, run_sweep
+from motorcade.lab.spec import parse_sweep
+from motorcade.lab.task import run_task
 from motorcade.mats.document import check_mat, document_of, mat_of, parse_mat
 from motorcade.missions.document import OWN, parse_mission
 from motorcade.program.decompiler import decompile
@@ -58,8 +58,9 @@ from motorcade.service.world_messages import WorldMessage
 from motorcade.service.world_session import WorldSession
 from motorcade.upload.serial_port import port_name
 from motorcade.words import upload
-from motorcade.words.image import bytes_to_words, image_words, parse_image_bytes, words_to_bytes
+from motorcade.words.image import image_words, parse_image_bytes
 from motorcade.words.infrared import FrameReceiver, check_is_good, frame_durations_us, parity_is_even, tag_of
+from motorcade.words.packing import bytes_to_words, words_to_bytes
 from motorcade.words.request import REQUEST_BEGINS, answer_line, car_request, check_request, read_request
 from motorcade.words.ticks import later_ms
 from support.classrooms import MAT as NO_MAT

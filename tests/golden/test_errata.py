@@ -6,7 +6,8 @@ from motorcade import Program, compile_program, forward, led, left, repeat, toge
 from motorcade.locales import catalogue
 from motorcade.words.field import WordError
 from motorcade.words.formats import CONTROL, DRIVE, FRAME, HEADER, fingerprint
-from motorcade.words.image import ImageError, pack, parse_image, unpack
+from motorcade.words.image import parse_image
+from motorcade.words.packing import ImageError, pack, unpack
 
 # Seed 000: c3 has 7 bits and c8 has 11, not 6 and 12 as in the table; so all items together have 32.
 ITEMS = [

@@ -11,9 +11,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from motorcade.errors import MotorcadeError
-from motorcade.experiments import run as running
-from motorcade.experiments.task import run_task
+from motorcade.lab import run as running
 from motorcade.lab.capsule import verify
+from motorcade.lab.task import run_task
 from support.command_line import PARADE, Terminal, data, refusal, run
 
 ROOT = Path(__file__).parents[2]

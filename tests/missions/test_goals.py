@@ -6,8 +6,9 @@ import pytest
 
 from motorcade.locales import languages
 from motorcade.missions.check import grade_of
-from motorcade.missions.schema import GOALS, TIMES
-from motorcade.missions.watch import EVERY_MS, MissionWatch, goal_phrase
+from motorcade.missions.goal import EVERY_MS, TIMES
+from motorcade.missions.kinds import GOALS
+from motorcade.missions.watch import MissionWatch, goal_phrase
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program
 from motorcade.program.steps import wait

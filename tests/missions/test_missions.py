@@ -9,8 +9,9 @@ import pytest
 from motorcade.locales import languages
 from motorcade.missions.check import check_program, open_worlds_here, watched
 from motorcade.missions.document import LITERATURE, missions, shortest_programs
+from motorcade.missions.goal import EVERY_MS
 from motorcade.missions.schema import PATHS
-from motorcade.missions.watch import EVERY_MS, MissionWatch
+from motorcade.missions.watch import MissionWatch
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import count_blocks, program_from_dict
 from motorcade.program.python_reader import STEP_NAMES, read_python

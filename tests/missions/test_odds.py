@@ -11,7 +11,7 @@ from motorcade.missions.check import check_program, open_worlds_here, watched
 from motorcade.missions.document import built_in_mission, mission_of, missions
 from motorcade.missions.model import Goal
 from motorcade.missions.odds import Odds, other_seeds, works
-from motorcade.missions.schema import WORKS
+from motorcade.missions.other_goals import Works
 from motorcade.missions.watch import MissionWatch
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Followers, Program
@@ -46,7 +46,7 @@ def seen(mission, image, seeds):
         watches[sight.seed].see(sight.moment, sight.begun)
     kinds = [goal.kind for goal in mission.goals]
     return [
-        (seed, [kind == WORKS or each.progress == "met" for kind, each in zip(kinds, watch.states(), strict=True)])
+        (seed, [kind == Works.name or each.progress == "met" for kind, each in zip(kinds, watch.states(), strict=True)])
         for seed, watch in watches.items()
     ]
 
@@ -102,7 +102,7 @@ def test_a_star_asks_for_a_program_that_works_nearly_always():
     assert 0 < rate < 20
     first = [goal for goal in mission.goals if goal.star == 1]
     shares = {2: rate / 20, 3: rate / 20 + 0.01}
-    asked = [Goal(WORKS, star, {"share": share, "seeds": 20}) for star, share in shares.items()]
+    asked = [Goal(Works.name, star, {"share": share, "seeds": 20}) for star, share in shares.items()]
     result = check_program(replace(mission, goals=(*first, *asked)), short)
     assert result.stars == {1, 2}
     for found in result.goals[-2:]:

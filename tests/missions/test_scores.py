@@ -4,9 +4,9 @@ import math
 
 import pytest
 
+from motorcade.lab.grading import grade_runs
 from motorcade.missions.check import check_program
 from motorcade.missions.document import built_in_mission
-from motorcade.missions.grading import grade_runs
 from motorcade.missions.watch import MissionWatch
 from motorcade.program.compiler import compile_program
 from support.made_up_runs import BARE, mission, moment
@@ -71,9 +71,9 @@ def test_stopped_counts_off_standing_before_a_car_finds_the_zone_and_driving_aft
     assert score(goal, [stand, found, *[((0.6, 1.1 + 0.01 * k, 2.5), LEVEL) for k in range(9)]]) == most - 3 - 8
 
 
-@pytest.mark.parametrize("name", ["left-or-right", "pass-it-on", "come-together", "stop"])
+@pytest.mark.parametrize("name", ["left-or-right", "pass-it-on", "come-together", "stop", "zebra-crossing"])
 def test_runs_graded_side_by_side_have_the_grades_of_the_check(name):
-    """Positions alone, all columns, events of words, and a score."""
+    """Positions alone, all columns, events of words, a score, and a rule that is kept for a time."""
     wanted = built_in_mission(name)
     programs = [each for each in (wanted.solution, wanted.near_miss) if each]
     images = [compile_program(each, wanted.profile).image for each in programs]

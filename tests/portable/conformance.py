@@ -8,7 +8,7 @@ Portable itself: CPython and MicroPython run this file with the same seed, and m
 import sys
 from binascii import crc32
 
-from inputs import damaged, draw_frame, draw_image, draw_raw
+from inputs import damaged, draw_frame, draw_image
 from randomness import Random
 
 from motorcade.car import brain, frames, next_wakeup
@@ -16,9 +16,6 @@ from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board, make_levels
 from motorcade.car.loop import Car
 from motorcade.car.senses import NOTHING, Senses
 from motorcade.words import request
-from motorcade.words.field import WordError
-from motorcade.words.formats import FORMATS, fingerprint
-from motorcade.words.image import ImageError, image_words, parse_image_bytes
 from motorcade.words.infrared import FrameReceiver, air_us, frame_durations_us, to_frame
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
 from motorcade.words.upload import READBACK_REQUEST, REQUEST, CarEnd
@@ -64,20 +61,8 @@ def total_names():
     names += ["random forward", "stopped by voice", "avoiding", "relayed program", "tagged", "tag forgotten"]
     names += ["relay " + state for state in RELAY_STATES[1:]]
     names += ["images taken", "images not stored", "images refused", "images read back", "images announced"]
-    names += ["request", "parsed"] + ["not parsed: image-" + each for each in ("cut-off", "too-long", "header", "word")]
+    names.append("request")
     names += ["infrared right", "infrared wrong", "infrared lost"]
-    for word_format in FORMATS:
-        name = word_format.name
-        names += [f"{name} encoded", f"{name} decoded", f"{name} not decoded: {name}"]
-        for field in word_format.fields:
-            names.append(f"{name} not encoded: {field.name}")
-            if (
-                field.one_hot
-                or field.only
-                or field.maximum < field.raw_mask
-                or (field.reserved and field.defined < field.raw_mask)
-            ):
-                names.append(f"{name} not decoded: {field.name}")
     return names
 
 
@@ -247,39 +232,6 @@ def step_ticks(random, record):
     record.add(elapsed_ms(now, then), later_ms(now, then), reached(now, then))
 
 
-def step_formats(random, record):
-    word_format = random.pick(FORMATS)
-    name = word_format.name
-    word = random.bits()
-    try:
-        word = word_format.encode(**{field.name: draw_raw(random, field) for field in word_format.fields})
-        record.add(word, *[warning.brief() for warning in word_format.warnings(word)])
-        record.count(f"{name} encoded")
-    except WordError as error:
-        record.add(error.value, error.brief())
-        record.count(f"{name} not encoded: {error.field}")
-    if random.one_in(16):
-        word = random.pick((-1, word | 1 << random.between(32, 70)))
-    elif random.one_in(2):
-        word ^= 1 << random.below(32)
-    try:
-        record.add(*word_format.decode(word, random.one_in(2)))
-        record.count(f"{name} decoded")
-    except WordError as error:
-        record.add(error.value, error.brief())
-        record.count(f"{name} not decoded: {error.field}")
-
-
-def step_parsing(random, record):
-    try:
-        image = parse_image_bytes(damaged(random, draw_image(random)))
-        record.add(image.dwell_level, *image_words(image))
-        record.count("parsed")
-    except ImageError as error:
-        record.add(error.brief())
-        record.count(f"not parsed: {error.code}")
-
-
 def step_upload(random, record):
     """The car's end of an upload, on a line that damages some bytes."""
     image, car_end = draw_image(random), CarEnd()
@@ -336,14 +288,11 @@ def step_infrared(random, record, receiver):
 def lines(seed, steps, every):
     """The lines that a run prints: the CRC-32 every ``every`` steps, then the totals."""
     random, record, receiver = Random(seed), Record(), FrameReceiver()
-    record.add(*[fingerprint(word_format) for word_format in FORMATS])
     for step in range(steps):
         if step % STEPS_OF_A_PAIR == 0:
             pair = Pair(random, record)
         pair.step()
         step_ticks(random, record)
-        step_formats(random, record)
-        step_parsing(random, record)
         step_upload(random, record)
         step_request(random, record)
         step_infrared(random, record, receiver)

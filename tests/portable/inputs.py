@@ -1,13 +1,13 @@
 """Random inputs for conformance.py. Portable: CPython and MicroPython draw the same inputs."""
 
-from motorcade.words.formats import CONTROL
-from motorcade.words.image import Image, image_words, words_to_bytes
 from motorcade.words.infrared import tagged_frame, to_frame
+from motorcade.words.packing import words_to_bytes
+from motorcade.words.positions import UNUSED_BITS
 
 
 def draw_word(random, for_leader=False):
     """Return a control word as in an image, with any fields at any level."""
-    word = random.bits() & ~(CONTROL.reserved_mask | 1)
+    word = random.bits() & ~UNUSED_BITS
     if for_leader:
         return word & 0x7FFFFFFF | 0x40000000
     # Otherwise half of the words would end all listening, and most would be passed on.
@@ -21,7 +21,10 @@ def draw_word(random, for_leader=False):
 def draw_image(random):
     leader = [draw_word(random, for_leader=True) for _ in range(random.below(9))]
     followers = [draw_word(random) for _ in range(random.below(6))]
-    return words_to_bytes(image_words(Image(leader, followers, random.below(8), 0 if random.one_in(2) else 1)))
+    # A dwell has one bit where there are follower words.
+    dwell, tagged = 1 << random.below(8), random.below(2)
+    header = len(leader) << 24 | len(followers) << 16 | dwell << 8 | tagged if followers else len(leader) << 24
+    return words_to_bytes((header,) + tuple(leader + followers))  # noqa: RUF005 - MicroPython has no [*a]
 
 
 def draw_frame(random, held, tag):
@@ -36,7 +39,7 @@ def draw_frame(random, held, tag):
     if kind == 1:
         return frame ^ 1 << random.below(32)
     if kind == 2:
-        return to_frame(frame | random.bits() & CONTROL.reserved_mask)
+        return to_frame(frame | random.bits() & (UNUSED_BITS - 1))
     if kind == 3:
         # As a remote control's: a command and its complement.
         return frame & 0xFFFFFF00 | 255 - (frame >> 8 & 255)
@@ -56,18 +59,3 @@ def damaged(random, data):
     if kind == 3:
         return bytes([random.below(256) for _ in range(random.between(1, 4))]) + data
     return data
-
-
-def draw_raw(random, field):
-    """Return a raw value for ``field``; most are allowed."""
-    if random.one_in(50):
-        return random.pick((-1, -field.maximum - 2, field.raw_mask + 1, field.raw_mask << random.between(1, 40)))
-    if random.one_in(8):
-        return random.between(0, field.raw_mask)
-    if field.reserved:
-        return 0
-    if field.only:
-        return field.only[0][0]
-    if field.one_hot:
-        return 1 << random.below(field.width)
-    return random.between(field.minimum, field.maximum)

@@ -7,8 +7,8 @@ import { loadMicroPython } from "@micropython/micropython-webassembly-pyscript/m
 
 const HERE = new URL("./", import.meta.url);
 const SOURCE = new URL("../../src/motorcade/", import.meta.url);
-// Portable folders, each with its files that aren't portable: they need NumPy or a computer.
-const PACKAGES = { devices: [], words: [], car: [], "car/check": [], "boards/on_chip": [] };
+// Portable folders, each with its files that aren't portable: no chip needs the formats, only the positions in them.
+const PACKAGES = { words: ["field.py", "formats.py", "image.py", "uploader.py"], car: [], "car/check": [], "boards/on_chip": [] };
 const FILES = ["errors.py", "boards/__init__.py", "boards/micropython.py"];
 // MicroPython searches this folder of its in-memory filesystem.
 const LIBRARY = "/lib";

@@ -164,7 +164,7 @@ def test_micropython_does_the_same_to_its_pins(played, micropython_installed) ->
 @pytest.mark.parametrize("chip", ["esp32", pytest.param("rp2040", marks=pytest.mark.soak)])
 def test_check_board_finds_the_same_on_micropython(chip, micropython_installed) -> None:
     text = (templates() / f"{chip}.toml").read_text(encoding="utf-8")
-    wanted = settings_of(parse_pins(text, chip), CLASSROOM, False)
+    wanted = settings_of(parse_pins(text, chip), CLASSROOM, False) | {"check": True}
     given = [json.dumps(wanted), json.dumps(PLATFORMS[chip])]
     found = on_micropython("checked_board", given)
     assert found == on_cpython("checked_board", given)

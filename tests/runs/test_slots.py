@@ -11,8 +11,9 @@ from motorcade.mats import Mat, Physics, Pose, open_table
 from motorcade.mats.model import Starts
 from motorcade.runs.running import Slot, SlotCounts, simulate
 from motorcade.words.formats import CONTROL
-from motorcade.words.image import Image, image_words, words_to_bytes
+from motorcade.words.image import Image, image_words
 from motorcade.words.infrared import slot_tags
+from motorcade.words.packing import words_to_bytes
 
 # LED 0 and LED 1 for 1 s each, passed on; a dwell of 2 s.
 WORDS = tuple(CONTROL.encode(accept_ir=1, forward=1, led_which=led, led_duration=1) for led in (0, 1))

@@ -14,18 +14,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motorcade import Followers, Program, compile_program, forward
-from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.car.brain import HOLDS, NO_LED, RUNNING, WORD
 from motorcade.config.profile import built_in_profile
 from motorcade.engine.events import FRAME, HEARD, KINDS, LOSS_REASONS, LOST, OVER
 from motorcade.engine.moment import NO_INDEX
+from motorcade.engine.simulated_drive import DrivenCars
 from motorcade.locales import catalogue, languages
 from motorcade.mats import Mat, Pose, Starts
 from motorcade.service.studio_world import StudioWorld
 from motorcade.service.world_messages import Move, Reset, Seek, Speak, StepWorld, Watch
 from motorcade.service.world_session import WorldSession
-from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import tag_of, word_of
+from motorcade.words.packing import bytes_to_words
 from support.page_account import PageAccount, WorldOnPage, claims_of
 from support.plain_world import PlainWorld
 from support.soak import SOAK

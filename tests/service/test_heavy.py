@@ -19,7 +19,7 @@ from motorcade.service.messages import MissionChoice
 from motorcade.service.requests import Context, respond
 from motorcade.service.world_messages import SetWorld, StepWorld
 from motorcade.service.world_session import WorldSession
-from motorcade.words.image import bytes_to_words
+from motorcade.words.packing import bytes_to_words
 from support.session_page import server_world
 
 # Of CPU time.

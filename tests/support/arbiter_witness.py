@@ -2,8 +2,9 @@
 
 from typing import Any
 
-from motorcade.car.arbiter import APPLIED, NEUTRAL, NOBODY, PROGRAM, WATCHING, Arbiter
+from motorcade.car.arbiter import APPLIED, NOBODY, PROGRAM, WATCHING, Arbiter
 from motorcade.words.formats import DRIVE
+from motorcade.words.positions import DRIVE_NEUTRAL
 
 SPEED = 150
 
@@ -29,7 +30,7 @@ class Witness:
     def __init__(self, failsafe_ms: int, hand_over_ms: int, arming: bool = False) -> None:
         self.failsafe_ms, self.hand_over_ms = failsafe_ms, hand_over_ms
         self.driver = NOBODY
-        self.sent = NEUTRAL
+        self.sent = DRIVE_NEUTRAL
         self.age_ms = 0
         self.wanted: frozenset[int] = frozenset()
         self.is_stopped = self.needs_neutral = self.runs_program = self.is_low = False
@@ -80,7 +81,7 @@ class Witness:
             return ""
         if before != NOBODY:
             left = lapsed or (event in ("release", "gone") and session == before)
-            handed = after in self.wanted and car.word == NEUTRAL
+            handed = after in self.wanted and car.word == DRIVE_NEUTRAL
             if not (left or handed):
                 return f"session {after} took the wheel from {before}"
         if after != session and after not in self.wanted:
@@ -95,7 +96,7 @@ class Witness:
 
     def _take_driver(self, car: Arbiter, event: str, session: int) -> None:
         if car.driver != self.driver:
-            self.driver, self.sent, self.age_ms = car.driver, NEUTRAL, 0
+            self.driver, self.sent, self.age_ms = car.driver, DRIVE_NEUTRAL, 0
             self.wanted -= {car.driver}
         if event in ("release", "gone"):
             self.wanted -= {session}
@@ -106,7 +107,7 @@ class Witness:
                 self.runs_program = False
         if event in ("stall", "delay", "stop") or self.is_low:
             self.runs_program = False
-            self.sent = NEUTRAL
+            self.sent = DRIVE_NEUTRAL
 
     def _moves_rightly(self, car: Arbiter) -> str:
         if car.state == PROGRAM and not self.runs_program:

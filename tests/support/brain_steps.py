@@ -6,8 +6,8 @@ from motorcade.car import brain, step
 from motorcade.car.senses import Senses
 from motorcade.words import receiver, request
 from motorcade.words.blocks import crc32_of
-from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import tagged_frame, to_frame
+from motorcade.words.packing import bytes_to_words
 from motorcade.words.ticks import TICKS_MASK, later_ms
 
 STEPS_OF_A_CAR = 512

@@ -3,8 +3,9 @@
 import random
 
 from motorcade.upload.transfer import ReadbackTransfer, Transfer, UploadTransfer
-from motorcade.words.image import words_to_bytes
-from motorcade.words.upload import IMAGE, VERIFIED
+from motorcade.words.packing import words_to_bytes
+from motorcade.words.upload import IMAGE
+from motorcade.words.uploader import VERIFIED
 from support.emulated_chips import Chip, ChipWorld
 from support.faulty_line import Faults, Way
 

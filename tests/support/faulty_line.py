@@ -4,7 +4,8 @@ from collections import deque
 from dataclasses import dataclass
 
 from motorcade.car.loop import Car
-from motorcade.words.image import WORD_BYTES, announced_words, unpack
+from motorcade.words.image import announced_words
+from motorcade.words.packing import WORD_BYTES, unpack
 from motorcade.words.ticks import TICKS_MASK
 from motorcade.words.upload import SILENCE_MS, error_line, ok_line
 from support.mock_board import MockBoard

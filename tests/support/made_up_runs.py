@@ -7,7 +7,8 @@ from motorcade.engine.events import START
 from motorcade.engine.moment import COLUMNS, Event, Moment
 from motorcade.locales import languages
 from motorcade.missions.document import mission_of
-from motorcade.missions.watch import EVERY_MS, MissionWatch
+from motorcade.missions.goal import EVERY_MS
+from motorcade.missions.watch import MissionWatch
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Followers, Program
 from motorcade.program.steps import forward, led, wait

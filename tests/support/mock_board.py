@@ -11,6 +11,7 @@ from motorcade.words.formats import SWITCHES
 
 CLASSROOM = built_in_profile("classroom")
 NEUTRAL = (90, 1, 0)
+SWITCH_NAMES = tuple(switch.name for switch in SWITCHES)
 
 
 class MockBoard(Board):
@@ -84,7 +85,7 @@ class MockDriveBoard(DriveBoard):
         clock: Callable[[], float] = time.perf_counter,
         *,
         has_program: bool = False,
-        switches: tuple[str, ...] = tuple(switch.name for switch in SWITCHES),
+        switches: tuple[str, ...] = SWITCH_NAMES,
     ) -> None:
         self.has_program, self.switches = has_program, switches
         self.calls: list[tuple[str | int, ...]] = []

@@ -10,8 +10,9 @@ from motorcade.car.brain import FORWARD, LEFT, RANDOM_FORWARD, RIGHT
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, Step, TogetherStep, own_fields
 from motorcade.words.formats import CONTROL
-from motorcade.words.image import Image, image_words, words_to_bytes
+from motorcade.words.image import Image, image_words
 from motorcade.words.infrared import TAGS, tagged_frame
+from motorcade.words.packing import words_to_bytes
 
 CLASSROOM = built_in_profile("classroom")
 # The same cars in a hurry: as many cases in less than half of the simulated time.

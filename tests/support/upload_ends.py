@@ -5,7 +5,8 @@ from itertools import pairwise
 from hypothesis import strategies as st
 
 from motorcade.words import request, upload
-from motorcade.words.image import WORD_BYTES, Image, bytes_to_words, image_words, words_to_bytes
+from motorcade.words.image import Image, image_words
+from motorcade.words.packing import WORD_BYTES, bytes_to_words, words_to_bytes
 
 NO_PROGRAM = bytes(4)
 OLD = bytes.fromhex("01000000 6a800000")

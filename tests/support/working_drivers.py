@@ -4,7 +4,7 @@ import asyncio
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 
 from motorcade.drive.client import DriveClient
-from motorcade.drive.connection import CarError
+from motorcade.errors import DriveError
 from support.fault_proxy import FaultProxy
 from support.mock_clock import pass_time
 
@@ -18,7 +18,7 @@ def client(served, **options):
 async def keep(driver, throttle=HALF, steering=0.0):
     """Repeat one command for ever, whatever happens to the connection."""
     while True:
-        with suppress(CarError):
+        with suppress(DriveError):
             await driver.drive(throttle, steering)
         await pass_time(0.05)
 

@@ -19,9 +19,11 @@ from motorcade.upload.transfer import (
     UploadTransfer,
     upload_error,
 )
-from motorcade.words.image import ImageError, parse_image_bytes
+from motorcade.words.image import parse_image_bytes
+from motorcade.words.packing import ImageError
 from motorcade.words.request import CHECK_BYTES, check_words, held_checksum, ready_line
-from motorcade.words.upload import IMAGE, MISMATCH, NOT_VERIFIED, REFUSED, SILENT, VERIFIED, ok_line
+from motorcade.words.upload import IMAGE, REFUSED, ok_line
+from motorcade.words.uploader import MISMATCH, NOT_VERIFIED, SILENT, VERIFIED
 from support.faulty_line import Faults, RealCar, SimpleCar, Way, talk_through
 from support.upload_ends import read_check
 

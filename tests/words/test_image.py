@@ -6,16 +6,8 @@ from hypothesis import strategies as st
 
 from motorcade.words.field import WordError
 from motorcade.words.formats import CONTROL
-from motorcade.words.image import (
-    Image,
-    ImageError,
-    bytes_to_words,
-    image_words,
-    parse_image,
-    parse_image_bytes,
-    refused_image,
-    words_to_bytes,
-)
+from motorcade.words.image import Image, image_words, parse_image, parse_image_bytes, refused_image
+from motorcade.words.packing import ImageError, bytes_to_words, words_to_bytes
 
 MOST = 255
 LEVELS = st.integers(0, 7)

@@ -7,7 +7,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from motorcade.errors import Phrase
-from motorcade.words import request, upload
+from motorcade.words import request, upload, uploader
 from motorcade.words.image import parse_image_bytes
 from support.upload_ends import (
     BAD_HEADER,
@@ -29,7 +29,7 @@ from support.upload_ends import (
 
 
 def waiting_uploader(now_ms=0):
-    end = upload.UploaderEnd(NEW)
+    end = uploader.UploaderEnd(NEW)
     end.finish_sending(now_ms)
     return end
 
@@ -40,21 +40,21 @@ def waiting_uploader(now_ms=0):
 @given(image=programs, start_ms=STARTS_MS, data=st.data())
 def test_an_image_sent_in_any_pieces_is_stored_and_verified(image, start_ms, data):
     car, answers, now_ms = ReceivingCar(OLD), b"", start_ms
-    uploader = upload.UploaderEnd(image)
+    sender = uploader.UploaderEnd(image)
     for piece in data.draw(pieces(image)):
         now_ms = now_ms + data.draw(st.integers(0, 499)) & LAST_TICK
         assert car.stored == OLD
         answers += car.take(piece, now_ms)[1]
     assert car.stored == image
-    uploader.finish_sending(now_ms)
+    sender.finish_sending(now_ms)
     for piece in data.draw(pieces(answers)):
-        uploader.receive_data(piece, now_ms)
-    assert uploader.outcome.kind == upload.VERIFIED
+        sender.receive_data(piece, now_ms)
+    assert sender.outcome.kind == uploader.VERIFIED
 
 
 @given(image=images(), start_ms=STARTS_MS, data=st.data())
 def test_an_image_is_read_back_in_any_pieces(image, start_ms, data):
-    car, reader = ReceivingCar(image), upload.ReadbackEnd(start_ms)
+    car, reader = ReceivingCar(image), uploader.ReadbackEnd(start_ms)
     answer = b"".join(car.take(piece, start_ms)[1] for piece in data.draw(pieces(upload.READBACK_REQUEST)))
     assert car.stored == image
     for piece in data.draw(pieces(answer + b"noise")):
@@ -144,7 +144,7 @@ def test_zeros_that_a_loose_cable_leaves_do_not_clear_a_car(noise):
 @given(garbage=st.binary(max_size=300).filter(lambda data: b"OK " not in data and b"ERR " not in data))
 @example(garbage=bytes(300))
 def test_garbage_before_the_answer_does_no_harm(garbage):
-    assert outcome_of(waiting_uploader(), garbage + NEW_OK, 10) == upload.VERIFIED
+    assert outcome_of(waiting_uploader(), garbage + NEW_OK, 10) == uploader.VERIFIED
 
 
 @pytest.mark.parametrize("boot", [b"rst cause:2, flash OK \r\n", b"LED OK now\n"])
@@ -152,7 +152,7 @@ def test_the_messages_of_a_starting_board_are_no_answer(boot):
     end = waiting_uploader()
     assert outcome_of(end, boot, 10) is None
     end.receive_data(NEW_OK.replace(b"\n", b"\r\n"), 20)
-    assert end.outcome == (upload.VERIFIED, "OK words=3 crc32=325d103a")
+    assert end.outcome == (uploader.VERIFIED, "OK words=3 crc32=325d103a")
 
 
 def test_an_image_behind_its_check_fits_into_a_buffer_that_both_fill():
@@ -175,21 +175,21 @@ def test_the_position_of_a_bad_word_counts_from_its_own_header():
 @pytest.mark.parametrize("answer", [b"OK words=3 crc32=325d103b", b"OK words=2 crc32=325d103a", b"OK words=3"])
 def test_an_answer_about_another_image_is_a_mismatch_that_shows_both(answer):
     end = waiting_uploader()
-    assert outcome_of(end, answer + b"\n", 10) == upload.MISMATCH
+    assert outcome_of(end, answer + b"\n", 10) == uploader.MISMATCH
     assert f"'{answer.decode()}'" in str(end.outcome.detail)
     assert NEW_OK.decode().strip() in str(end.outcome.detail)
 
 
 def test_a_refusal_stands_at_the_beginning_or_behind_noise():
     for line in (b"ERR busy", b"\xffERR busy", b"\x7fERR busy"):
-        assert upload.refusal(line) == "busy"
-    assert upload.refusal(b"ERR a ERR b") == "a ERR b"
+        assert uploader.refusal(line) == "busy"
+    assert uploader.refusal(b"ERR a ERR b") == "a ERR b"
     # Behind text it is a message of the board itself.
-    assert [upload.refusal(line) for line in (b"xERR busy", b" ERR busy", b"~ERR a")] == [None] * 3
+    assert [uploader.refusal(line) for line in (b"xERR busy", b" ERR busy", b"~ERR a")] == [None] * 3
 
 
 def test_a_refusal_counts_while_the_image_is_being_sent():
-    end = upload.UploaderEnd(NEW)
+    end = uploader.UploaderEnd(NEW)
     end.receive_data(b"\xff\0ERR cut off\x1b\x7f\xff\n", 5)
     end.finish_sending(10)
     assert end.outcome == (upload.REFUSED, "cut off???")  # noise does nothing to the user's terminal
@@ -197,12 +197,12 @@ def test_a_refusal_counts_while_the_image_is_being_sent():
 
 @pytest.mark.parametrize("sent_ms", [0, LAST_TICK - 1_000])
 def test_two_seconds_after_the_last_byte_a_silent_car_is_reported(sent_ms):
-    end = upload.UploaderEnd(NEW)
+    end = uploader.UploaderEnd(NEW)
     assert outcome_of(end, b"", sent_ms - 10_000 & LAST_TICK) is None  # a slow line may take as long as it likes
     end.finish_sending(sent_ms)
     assert outcome_of(end, b"OK words=3", sent_ms + 1_999 & LAST_TICK) is None
     end.receive_data(b"", sent_ms + 2_000 & LAST_TICK)
-    assert end.outcome == (upload.SILENT, Phrase("no-answer-within", duration_ms=2000))
+    assert end.outcome == (uploader.SILENT, Phrase("no-answer-within", duration_ms=2000))
 
 
 def test_a_large_image_has_more_time():
@@ -212,7 +212,11 @@ def test_a_large_image_has_more_time():
 
 @pytest.mark.parametrize(
     ("answer", "kind"),
-    [(NEW_OK, upload.VERIFIED), (upload.ok_line(OLD), upload.MISMATCH), (upload.error_line("busy"), upload.REFUSED)],
+    [
+        (NEW_OK, uploader.VERIFIED),
+        (upload.ok_line(OLD), uploader.MISMATCH),
+        (upload.error_line("busy"), upload.REFUSED),
+    ],
 )
 def test_an_upload_has_one_outcome(answer, kind):
     end = waiting_uploader()
@@ -231,11 +235,11 @@ def test_an_upload_has_one_outcome(answer, kind):
     ],
 )
 def test_a_car_that_stops_is_reported_to_the_reader(data, detail):
-    end = upload.ReadbackEnd(LAST_TICK)
+    end = uploader.ReadbackEnd(LAST_TICK)
     assert outcome_of(end, data, LAST_TICK) is None
     assert outcome_of(end, b"", 1_998) is None
     end.receive_data(b"", 1_999)
-    assert end.outcome == (upload.SILENT, detail)
+    assert end.outcome == (uploader.SILENT, detail)
 
 
 @pytest.mark.parametrize(
@@ -243,14 +247,14 @@ def test_a_car_that_stops_is_reported_to_the_reader(data, detail):
     [(b"ERR busy\nready\n", "busy"), (BAD_HEADER, "dwell is 3"), (BAD_WORD, "parity is 1"), (b"ready\n", "no image")],
 )
 def test_what_comes_back_and_is_no_image_is_refused_with_the_reason(data, detail):
-    end = upload.ReadbackEnd(0)
+    end = uploader.ReadbackEnd(0)
     assert outcome_of(end, data, 10) == upload.REFUSED
     assert detail in str(end.outcome.detail)
     assert "?" not in str(end.outcome.detail)
 
 
 def test_a_slow_readback_goes_on_for_as_long_as_bytes_come():
-    end = upload.ReadbackEnd(0)
+    end = uploader.ReadbackEnd(0)
     for number, byte in enumerate(NEW):
         end.receive_data(bytes([byte]), 1_999 * number)
         end.receive_data(b"", 1_999 * number + 1_998)
@@ -293,13 +297,13 @@ def outcome_after(end, arrivals, now_ms):
 @given(arrivals=ARRIVALS, start_ms=STARTS_MS)
 def test_an_uploader_survives_any_bytes(arrivals, start_ms):
     kind, _ = outcome_after(waiting_uploader(start_ms), arrivals, start_ms)
-    assert kind in {None, upload.VERIFIED, upload.MISMATCH, upload.REFUSED, upload.SILENT}
-    assert kind != upload.VERIFIED or NEW_OK in b"".join(data for data, _ in arrivals)
+    assert kind in {None, uploader.VERIFIED, uploader.MISMATCH, upload.REFUSED, uploader.SILENT}
+    assert kind != uploader.VERIFIED or NEW_OK in b"".join(data for data, _ in arrivals)
 
 
 @given(arrivals=ARRIVALS, start_ms=STARTS_MS)
 def test_a_reader_survives_any_bytes(arrivals, start_ms):
-    kind, detail = outcome_after(upload.ReadbackEnd(start_ms), arrivals, start_ms)
-    assert kind in {None, upload.IMAGE, upload.REFUSED, upload.SILENT}
+    kind, detail = outcome_after(uploader.ReadbackEnd(start_ms), arrivals, start_ms)
+    assert kind in {None, upload.IMAGE, upload.REFUSED, uploader.SILENT}
     if kind == upload.IMAGE:
         parse_image_bytes(detail)

@@ -153,7 +153,6 @@ uint32_t motorcade_infrared_word_of(uint32_t frame)
 
 /* receiver */
 
-#define MOTORCADE_RECEIVER_MOST_RESERVED 1
 #define MOTORCADE_RECEIVER_UNUSED_IN_THIRD 7
 #define MOTORCADE_RECEIVER_UNUSED_IN_FOURTH 255
 #define MOTORCADE_RECEIVER_CHECK_MARK 254
@@ -260,7 +259,7 @@ static uint8_t motorcade_receiver_read_header(uint32_t *r, uint8_t *buffer)
     uint8_t dwell = buffer[(uint32_t)start + 2];
     uint8_t reserved = buffer[(uint32_t)start + 3];
     /* A dwell has one bit where there are follower words, and none where there are none. */
-    uint32_t is_good = (reserved <= MOTORCADE_RECEIVER_MOST_RESERVED && (dwell == 0 || (dwell & ((uint32_t)dwell - 1)) == 0)) ? 1 : 0;
+    uint32_t is_good = (reserved <= MOTORCADE_POSITIONS_MOST_RESERVED && (dwell == 0 || (dwell & ((uint32_t)dwell - 1)) == 0)) ? 1 : 0;
     if (follower_words == 0) {
         is_good = (dwell == 0 && reserved == 0) ? 1 : 0;
     } else if (dwell == 0) {
@@ -453,24 +452,11 @@ uint8_t motorcade_receiver_next_event(uint32_t *r, uint8_t *buffer, uint16_t wor
 
 /* brain */
 
-#define MOTORCADE_BRAIN_MOTOR_ENABLE_AT 29
-#define MOTORCADE_BRAIN_MOTOR_DIRECTION_AT 27
-#define MOTORCADE_BRAIN_MOTOR_SPEED_AT 25
-#define MOTORCADE_BRAIN_MOTOR_DURATION_AT 23
-#define MOTORCADE_BRAIN_LED_WHICH_AT 21
-#define MOTORCADE_BRAIN_LED_DURATION_AT 19
-#define MOTORCADE_BRAIN_AVOID_ENABLE_AT 18
-#define MOTORCADE_BRAIN_AVOID_RADIUS_AT 16
-#define MOTORCADE_BRAIN_AVOID_DURATION_AT 14
-#define MOTORCADE_BRAIN_VOICE_AT 13
-#define MOTORCADE_BRAIN_PIR_AT 12
-#define MOTORCADE_BRAIN_FLOOR_AT 11
-
 /* Return how long `word` drives the motor. */
 uint32_t motorcade_brain_motor_ms(uint32_t word, const uint32_t *levels)
 {
-    if (BITS(word, MOTORCADE_BRAIN_MOTOR_ENABLE_AT, 1)) {
-        return levels[(uint32_t)MOTORCADE_BRAIN_DURATIONS_MS + BITS(word, MOTORCADE_BRAIN_MOTOR_DURATION_AT, 3)];
+    if (BITS(word, MOTORCADE_POSITIONS_MOTOR_ENABLE_AT, 1)) {
+        return levels[(uint32_t)MOTORCADE_BRAIN_DURATIONS_MS + BITS(word, MOTORCADE_POSITIONS_MOTOR_DURATION_AT, 3)];
     }
     return 0;
 }
@@ -478,14 +464,14 @@ uint32_t motorcade_brain_motor_ms(uint32_t word, const uint32_t *levels)
 /* Return how long `word` lights its LED. */
 uint32_t motorcade_brain_led_ms(uint32_t word, const uint32_t *levels)
 {
-    return levels[(uint32_t)MOTORCADE_BRAIN_DURATIONS_MS + BITS(word, MOTORCADE_BRAIN_LED_DURATION_AT, 3)];
+    return levels[(uint32_t)MOTORCADE_BRAIN_DURATIONS_MS + BITS(word, MOTORCADE_POSITIONS_LED_DURATION_AT, 3)];
 }
 
 /* Return how long `word` avoids obstacles. */
 uint32_t motorcade_brain_avoid_ms(uint32_t word, const uint32_t *levels)
 {
-    if (BITS(word, MOTORCADE_BRAIN_AVOID_ENABLE_AT, 1)) {
-        return levels[(uint32_t)MOTORCADE_BRAIN_DURATIONS_MS + BITS(word, MOTORCADE_BRAIN_AVOID_DURATION_AT, 3)];
+    if (BITS(word, MOTORCADE_POSITIONS_AVOID_ENABLE_AT, 1)) {
+        return levels[(uint32_t)MOTORCADE_BRAIN_DURATIONS_MS + BITS(word, MOTORCADE_POSITIONS_AVOID_DURATION_AT, 3)];
     }
     return 0;
 }
@@ -542,7 +528,7 @@ void motorcade_brain_begin_word(uint32_t *s, uint32_t word, uint32_t now)
     s[MOTORCADE_BRAIN_STARTED_MS] = now;
     s[MOTORCADE_BRAIN_RUNNING] = 1;
     s[MOTORCADE_BRAIN_DRAWS] = 0;
-    if (BITS(word, MOTORCADE_BRAIN_VOICE_AT, 1) == 0) {
+    if (BITS(word, MOTORCADE_POSITIONS_VOICE_AT, 1) == 0) {
         s[MOTORCADE_BRAIN_STOPPED] = 0;
     }
 }
@@ -568,7 +554,7 @@ uint8_t motorcade_brain_leader_start(uint32_t *s, const struct motorcade_image *
 void motorcade_brain_draw_headings(uint32_t *s, uint32_t running_ms, const uint32_t *levels)
 {
     uint32_t word = s[MOTORCADE_BRAIN_WORD];
-    if (BITS(word, MOTORCADE_BRAIN_MOTOR_DIRECTION_AT, 3) != MOTORCADE_BRAIN_RANDOM_FORWARD) {
+    if (BITS(word, MOTORCADE_POSITIONS_MOTOR_DIRECTION_AT, 3) != MOTORCADE_BRAIN_RANDOM_FORWARD) {
         return;
     }
     uint32_t end_ms = motorcade_brain_motor_ms(word, levels);
@@ -634,7 +620,7 @@ uint8_t motorcade_brain_follower_step(uint32_t *s, uint32_t now, const uint32_t 
 /* Take what the microphone heard; it has an effect only while a word with the bit voice runs. */
 void motorcade_brain_hear_voice(uint32_t *s, uint8_t voice)
 {
-    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] && BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_BRAIN_VOICE_AT, 1)) {
+    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] && BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_POSITIONS_VOICE_AT, 1)) {
         if (voice == MOTORCADE_BRAIN_VOICE_STOP) {
             s[MOTORCADE_BRAIN_STOPPED] = 1;
         }
@@ -652,17 +638,17 @@ uint32_t motorcade_brain_looks_mm(uint32_t *s, uint32_t now, const uint32_t *lev
     if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] == 0 || running_ms >= motorcade_brain_avoid_ms(word, levels) || running_ms >= motorcade_brain_motor_ms(word, levels)) {
         return 0;
     }
-    if (BITS(word, MOTORCADE_BRAIN_MOTOR_SPEED_AT, 3) == 0) {
+    if (BITS(word, MOTORCADE_POSITIONS_MOTOR_SPEED_AT, 3) == 0) {
         return 0;
     }
-    return levels[(uint32_t)MOTORCADE_BRAIN_AVOID_RADII_MM + BITS(word, MOTORCADE_BRAIN_AVOID_RADIUS_AT, 3)];
+    return levels[(uint32_t)MOTORCADE_BRAIN_AVOID_RADII_MM + BITS(word, MOTORCADE_POSITIONS_AVOID_RADIUS_AT, 3)];
 }
 
 /* Return 1 while dark or light floor can change what the wheels do, else 0. */
 uint8_t motorcade_brain_minds_floor(uint32_t *s, uint32_t now, const uint32_t *levels)
 {
     uint32_t word = s[MOTORCADE_BRAIN_WORD];
-    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] == 0 || BITS(word, MOTORCADE_BRAIN_FLOOR_AT, 1) == 0 || BITS(word, MOTORCADE_BRAIN_MOTOR_SPEED_AT, 3) == 0) {
+    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] == 0 || BITS(word, MOTORCADE_POSITIONS_FLOOR_AT, 1) == 0 || BITS(word, MOTORCADE_POSITIONS_MOTOR_SPEED_AT, 3) == 0) {
         return 0;
     }
     return motorcade_ticks_elapsed_ms(now, s[MOTORCADE_BRAIN_STARTED_MS]) < motorcade_brain_motor_ms(word, levels) ? 1 : 0;
@@ -671,7 +657,7 @@ uint8_t motorcade_brain_minds_floor(uint32_t *s, uint32_t now, const uint32_t *l
 /* Return 1 while the running word reacts to an obstacle, a person or the floor, else 0. */
 uint8_t motorcade_brain_watches(uint32_t *s, uint32_t now, const uint32_t *levels)
 {
-    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] && BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_BRAIN_PIR_AT, 1)) {
+    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] && BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_POSITIONS_PIR_AT, 1)) {
         return 1;
     }
     if (motorcade_brain_minds_floor(s, now, levels)) {
@@ -686,7 +672,7 @@ uint8_t motorcade_brain_watches(uint32_t *s, uint32_t now, const uint32_t *level
  */
 static uint8_t motorcade_brain_over_floor(uint32_t *s, uint8_t direction, uint8_t speed, uint32_t dark, uint32_t running_ms)
 {
-    if (BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_BRAIN_MOTOR_DIRECTION_AT, 3) == MOTORCADE_BRAIN_RANDOM_FORWARD) {
+    if (BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_POSITIONS_MOTOR_DIRECTION_AT, 3) == MOTORCADE_BRAIN_RANDOM_FORWARD) {
         return (uint8_t)(dark ? MOTORCADE_BRAIN_STILL : (uint32_t)direction * 4 + speed);
     }
     if (direction == MOTORCADE_BRAIN_FORWARD) {
@@ -711,7 +697,7 @@ static uint8_t motorcade_brain_over_floor(uint32_t *s, uint8_t direction, uint8_
 uint8_t motorcade_brain_wheels(uint32_t *s, const struct motorcade_senses *senses, uint32_t now, const uint32_t *levels)
 {
     uint32_t word = s[MOTORCADE_BRAIN_WORD];
-    uint8_t speed = BITS(word, MOTORCADE_BRAIN_MOTOR_SPEED_AT, 3);
+    uint8_t speed = BITS(word, MOTORCADE_POSITIONS_MOTOR_SPEED_AT, 3);
     if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] == 0 || speed == 0) {
         return MOTORCADE_BRAIN_STILL;
     }
@@ -719,7 +705,7 @@ uint8_t motorcade_brain_wheels(uint32_t *s, const struct motorcade_senses *sense
     if (running_ms >= motorcade_brain_motor_ms(word, levels)) {
         return MOTORCADE_BRAIN_STILL;
     }
-    uint8_t direction = BITS(word, MOTORCADE_BRAIN_MOTOR_DIRECTION_AT, 3);
+    uint8_t direction = BITS(word, MOTORCADE_POSITIONS_MOTOR_DIRECTION_AT, 3);
     if (direction == MOTORCADE_BRAIN_RANDOM_FORWARD) {
         motorcade_brain_draw_headings(s, running_ms, levels);
         direction = (uint8_t)s[MOTORCADE_BRAIN_HEADING];
@@ -727,15 +713,15 @@ uint8_t motorcade_brain_wheels(uint32_t *s, const struct motorcade_senses *sense
     if ((uint8_t)s[MOTORCADE_BRAIN_STOPPED]) {
         return MOTORCADE_BRAIN_STILL;
     }
-    if (senses->person && BITS(word, MOTORCADE_BRAIN_PIR_AT, 1)) {
+    if (senses->person && BITS(word, MOTORCADE_POSITIONS_PIR_AT, 1)) {
         return MOTORCADE_BRAIN_STILL;
     }
     if (running_ms < motorcade_brain_avoid_ms(word, levels)) {
-        if (senses->obstacle_mm < levels[(uint32_t)MOTORCADE_BRAIN_AVOID_RADII_MM + BITS(word, MOTORCADE_BRAIN_AVOID_RADIUS_AT, 3)]) {
+        if (senses->obstacle_mm < levels[(uint32_t)MOTORCADE_BRAIN_AVOID_RADII_MM + BITS(word, MOTORCADE_POSITIONS_AVOID_RADIUS_AT, 3)]) {
             return (uint8_t)((uint32_t)MOTORCADE_BRAIN_RIGHT * 4 + speed);
         }
     }
-    if (BITS(word, MOTORCADE_BRAIN_FLOOR_AT, 1)) {
+    if (BITS(word, MOTORCADE_POSITIONS_FLOOR_AT, 1)) {
         return motorcade_brain_over_floor(s, direction, speed, senses->dark_floor, running_ms);
     }
     return (uint8_t)((uint32_t)direction * 4 + speed);
@@ -745,16 +731,12 @@ uint8_t motorcade_brain_wheels(uint32_t *s, const struct motorcade_senses *sense
 uint8_t motorcade_brain_lit_led(uint32_t *s, uint32_t now, const uint32_t *levels)
 {
     if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] && motorcade_ticks_elapsed_ms(now, s[MOTORCADE_BRAIN_STARTED_MS]) < motorcade_brain_led_ms(s[MOTORCADE_BRAIN_WORD], levels)) {
-        return BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_BRAIN_LED_WHICH_AT, 3);
+        return BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_POSITIONS_LED_WHICH_AT, 3);
     }
     return MOTORCADE_BRAIN_NO_LED;
 }
 
 /* frames */
-
-#define MOTORCADE_FRAMES_ACCEPT_IR_AT 31
-#define MOTORCADE_FRAMES_FORWARD_AT 30
-#define MOTORCADE_FRAMES_CHECK_MASK 62
 
 /* Return how long a leader with `image` sends each follower word. */
 uint32_t motorcade_frames_dwell_ms(const struct motorcade_image *image, const uint32_t *levels)
@@ -805,7 +787,7 @@ void motorcade_frames_leader_begin(uint32_t *s, const struct motorcade_image *im
         words = words | motorcade_image_word(image, at);
         at = at + 1;
     }
-    s[MOTORCADE_BRAIN_RELAYED] = BITS(words, MOTORCADE_FRAMES_FORWARD_AT, 1);
+    s[MOTORCADE_BRAIN_RELAYED] = BITS(words, MOTORCADE_POSITIONS_FORWARD_AT, 1);
     s[MOTORCADE_BRAIN_SLOT] = 0;
     s[MOTORCADE_BRAIN_SLOT_STARTED_MS] = now;
     s[MOTORCADE_BRAIN_NEXT_FRAME_MS] = now;
@@ -1040,7 +1022,7 @@ static uint8_t motorcade_frames_hears_tagged(uint32_t *s, uint32_t frame, uint32
             s[MOTORCADE_BRAIN_TAG] = tag | ((uint32_t)own_tag << MOTORCADE_BRAIN_REPLACED_TAG_AT);
         }
         s[MOTORCADE_BRAIN_INTERVAL] = 0;
-        if (BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_FRAMES_FORWARD_AT, 1)) {
+        if (BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_POSITIONS_FORWARD_AT, 1)) {
             s[MOTORCADE_BRAIN_INTERVAL] = levels[MOTORCADE_BRAIN_FIRST_INTERVAL_MS];
             s[MOTORCADE_BRAIN_INTERVAL_MS] = now;
             s[MOTORCADE_BRAIN_SAME_TAG] = 1;
@@ -1064,7 +1046,7 @@ static uint8_t motorcade_frames_hears_tagged(uint32_t *s, uint32_t frame, uint32
 /* Take a frame that ended now; call follower_step first. Return the result, BEGUN to REMOTE. */
 uint8_t motorcade_frames_follower_hears(uint32_t *s, uint32_t frame, uint32_t now, const uint32_t *levels)
 {
-    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] && BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_FRAMES_ACCEPT_IR_AT, 1) == 0) {
+    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] && BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_POSITIONS_ACCEPT_IR_AT, 1) == 0) {
         return MOTORCADE_FRAMES_DEAF;
     }
     if (motorcade_infrared_is_remote_control(frame)) {
@@ -1078,7 +1060,7 @@ uint8_t motorcade_frames_follower_hears(uint32_t *s, uint32_t frame, uint32_t no
     if (motorcade_infrared_tag_of(frame)) {
         return motorcade_frames_hears_tagged(s, frame, now, levels);
     }
-    if (frame & MOTORCADE_FRAMES_CHECK_MASK) {
+    if (frame & MOTORCADE_POSITIONS_CHECK_BITS) {
         s[MOTORCADE_BRAIN_LOST_RESERVED] = s[MOTORCADE_BRAIN_LOST_RESERVED] + 1;
         return MOTORCADE_FRAMES_BAD_RESERVED;
     }
@@ -1104,7 +1086,7 @@ uint8_t motorcade_frames_follower_hears(uint32_t *s, uint32_t frame, uint32_t no
  */
 uint8_t motorcade_frames_follower_sends(uint32_t *s, uint8_t air_is_busy, uint32_t now, const uint32_t *levels)
 {
-    if ((uint8_t)s[MOTORCADE_BRAIN_HOLDS] == 0 || BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_FRAMES_FORWARD_AT, 1) == 0) {
+    if ((uint8_t)s[MOTORCADE_BRAIN_HOLDS] == 0 || BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_POSITIONS_FORWARD_AT, 1) == 0) {
         s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_BUSY;
         return 0;
     }

@@ -144,6 +144,28 @@ uint32_t motorcade_blocks_crc32_of(uint8_t *buffer, uint32_t begin, uint32_t end
 /* Copy the bytes from `begin` up to `end` to the start of `buffer`. */
 void motorcade_blocks_move_to_start(uint8_t *buffer, uint32_t begin, uint32_t end);
 
+/* positions */
+
+/* The lowest bit of each field of a control word. */
+#define MOTORCADE_POSITIONS_ACCEPT_IR_AT 31
+#define MOTORCADE_POSITIONS_FORWARD_AT 30
+#define MOTORCADE_POSITIONS_MOTOR_ENABLE_AT 29
+#define MOTORCADE_POSITIONS_MOTOR_DIRECTION_AT 27
+#define MOTORCADE_POSITIONS_MOTOR_SPEED_AT 25
+#define MOTORCADE_POSITIONS_MOTOR_DURATION_AT 23
+#define MOTORCADE_POSITIONS_LED_WHICH_AT 21
+#define MOTORCADE_POSITIONS_LED_DURATION_AT 19
+#define MOTORCADE_POSITIONS_AVOID_ENABLE_AT 18
+#define MOTORCADE_POSITIONS_AVOID_RADIUS_AT 16
+#define MOTORCADE_POSITIONS_AVOID_DURATION_AT 14
+#define MOTORCADE_POSITIONS_VOICE_AT 13
+#define MOTORCADE_POSITIONS_PIR_AT 12
+#define MOTORCADE_POSITIONS_FLOOR_AT 11
+/* The bits of a frame's check. */
+#define MOTORCADE_POSITIONS_CHECK_BITS 62
+/* The largest value of a header's reserved field that has a meaning. */
+#define MOTORCADE_POSITIONS_MOST_RESERVED 1
+
 /* request */
 
 #define MOTORCADE_REQUEST_CHECK_HEADER 0x020301FEU

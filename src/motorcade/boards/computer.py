@@ -21,7 +21,8 @@ from motorcade.car.loop import Car
 from motorcade.config.files import read_bytes, replace_file
 from motorcade.config.profile import Profile, levels_of
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.words.image import ImageError, parse_image_bytes
+from motorcade.words.image import parse_image_bytes
+from motorcade.words.packing import ImageError
 from motorcade.words.request import is_car_name
 from motorcade.words.ticks import TICKS_MASK
 

@@ -101,7 +101,9 @@ class BrowserKernels(LinearMemory):
             self._instance.view(address, len(contents)).assign(contents)
 
     def _describe(self, value: Any) -> LinearArray | None:
-        return value if isinstance(value, LinearArray) else None
+        if isinstance(value, LinearArray):
+            return value
+        return None
 
     def _grow_to(self, end: int) -> bool:
         return bool(self._instance.grow(end))

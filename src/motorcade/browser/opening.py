@@ -194,7 +194,7 @@ def _terms(tried: Sequence[dict[str, int]], rows: Sequence[Sequence[int]]) -> li
     terms = []
     for place, column in enumerate(zip(*rows, strict=True)):
         if len(set(column)) > 1:
-            found = {name: _term([each[name] for each in tried], column) for name in tried[0]}
+            found = {name: _term([trial[name] for trial in tried], column) for name in tried[0]}
             [(name, (constant, factor))] = ((name, term) for name, term in found.items() if term)
             terms.append((place, constant, name, factor))
     return terms
@@ -207,4 +207,6 @@ def _term(values: Sequence[int], column: Sequence[int]) -> tuple[int, int] | Non
         return None
     factor = (column[other] - column[0]) // (values[other] - values[0])
     constant = column[0] - factor * values[0]
-    return (constant, factor) if [constant + factor * value for value in values] == list(column) else None
+    if [constant + factor * value for value in values] == list(column):
+        return (constant, factor)
+    return None

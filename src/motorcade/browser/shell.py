@@ -16,7 +16,7 @@ import msgspec
 
 from motorcade.browser.kernels import OpenInstance, View, open_worlds
 from motorcade.browser.storage import BrowserStorage
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, TransferError
 from motorcade.missions.check import open_worlds_here
 from motorcade.missions.odds import OpenWorlds
 from motorcade.service.messages import Capabilities, decode
@@ -64,16 +64,20 @@ class UploadStream:
         if storage is None:
             return UploadSession(order, number)
         if order.port != VIRTUAL_PORT.port:
-            raise MotorcadeError("no-such-port", port=order.port)
+            raise TransferError("no-such-port", port=order.port)
         return VirtualCarSession(order, number, storage.car_image, storage.store_car_image)
 
     def advance(self) -> list[Any]:
         """Do what is due; return what is to be sent."""
-        return self._session.advance(self._clock()) if self._session else []
+        if self._session:
+            return self._session.advance(self._clock())
+        return []
 
     def wait_s(self) -> float | None:
         """After how many seconds `advance` is to be called; None: not before the next message."""
-        return self._session.wait_s if self._session and not self._session.is_over else None
+        if self._session and not self._session.is_over:
+            return self._session.wait_s
+        return None
 
 
 class _SessionStream:
@@ -97,7 +101,9 @@ class _SessionStream:
 
     def wait_s(self) -> float | None:
         if isinstance(self._session, TrialSession):
-            return 0.0 if self._session.is_busy else None
+            if self._session.is_busy:
+                return 0.0
+            return None
         return self._session.wait_s(self._clock())
 
 
@@ -146,7 +152,9 @@ class Shell:
             self._streams[number] = _SessionStream(trials, self._clock)
             return []
         if name != "world":
-            car = self.storage if name == "upload" else None
+            car = None
+            if name == "upload":
+                car = self.storage
             self._streams[number] = UploadStream(self._clock, car)
             return []
         make_world = partial(open_world, most_cars=CAPABILITIES.most_cars, open_worlds=self._open_worlds)
@@ -157,7 +165,10 @@ class Shell:
 
     def receive(self, number: int, data: str | bytes | View) -> Sent:
         """Take a message of the page."""
-        message = data if isinstance(data, str | bytes) else data.to_bytes()
+        if isinstance(data, str | bytes):
+            message = data
+        else:
+            message = data.to_bytes()
         return self._do(number, lambda stream: stream.receive(message))
 
     def advance(self, number: int) -> Sent:
@@ -167,8 +178,12 @@ class Shell:
     def wait_s(self, number: int) -> float:
         """After how many seconds `advance` is to be called; negative: not before the next message."""
         stream = self._streams.get(number)
-        wait_s = stream.wait_s() if stream else None
-        return -1 if wait_s is None else wait_s
+        wait_s = None
+        if stream:
+            wait_s = stream.wait_s()
+        if wait_s is None:
+            return -1
+        return wait_s
 
     def close(self, number: int) -> None:
         """Forget a stream that the page has closed; a world stays for the page's next one."""
@@ -201,4 +216,4 @@ def _known(problem: Exception) -> MotorcadeError:
 
 
 def _packed(answers: list[Any]) -> Sent:
-    return [each if isinstance(each, bytes) else msgspec.json.encode(each).decode() for each in answers]
+    return [answer if isinstance(answer, bytes) else msgspec.json.encode(answer).decode() for answer in answers]

@@ -3,7 +3,6 @@
 python.zip is the part of the package motorcade that runs there, and nothing else of it.
 """
 
-import ast
 import hashlib
 import json
 from base64 import b64encode
@@ -18,10 +17,10 @@ from motorcade.browser.opening import opening_zip, zip_of
 from motorcade.browser.shell import CAPABILITIES
 from motorcade.config.files import raised_as, replace_file
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.imports import PACKAGE, needed_files
 from motorcade.locales import FIRST, languages
 from motorcade.service import documents, programs
 
-PACKAGE = Path(__file__).parents[1]
 # What the worker imports; all else is found by its imports.
 SHELL = ("browser/preload.py", "browser/shell.py")
 # engine.wasm is a file of its own, so that the browser compiles it while it arrives.
@@ -61,37 +60,8 @@ def python_zip(package: Path = PACKAGE) -> bytes:
 
 
 def reached_modules(package: Path = PACKAGE) -> set[Path]:
-    """Return the files of the modules that the shell in the browser reaches by imports, its own files included.
-
-    An import inside a function counts; one for the type checker doesn't.
-    """
-    reached: set[Path] = set()
-    waiting = [package / name for name in SHELL]
-    while waiting:
-        file = waiting.pop()
-        if file in reached:
-            continue
-        reached.add(file)
-        waiting += (folder / "__init__.py" for folder in file.parents if folder.is_relative_to(package))
-        for name in _imported(ast.parse(file.read_bytes())):
-            path = package.joinpath(*name.split(".")[1:])
-            waiting += [each for each in (path.with_suffix(".py"), path / "__init__.py") if each.is_file()]
-    return reached
-
-
-def _imported(tree: ast.AST) -> Iterator[str]:
-    """Yield what a file imports of the package: names of modules, and of what may be a module."""
-    for node in ast.iter_child_nodes(tree):
-        if isinstance(node, ast.If) and ast.unparse(node.test) in ("TYPE_CHECKING", "MYPY"):
-            continue
-        if isinstance(node, ast.ImportFrom):
-            names = [str(node.module), *(f"{node.module}.{alias.name}" for alias in node.names)]
-        elif isinstance(node, ast.Import):
-            names = [alias.name for alias in node.names]
-        else:
-            names = []
-        yield from (name for name in names if name.startswith("motorcade."))
-        yield from _imported(node)
+    """Return the files of the modules that the shell in the browser reaches by imports, its own files included."""
+    return needed_files((package / name for name in SHELL), package)
 
 
 def _data_files(package: Path) -> Iterator[Path]:
@@ -104,8 +74,11 @@ def _data_files(package: Path) -> Iterator[Path]:
             if path.is_file():
                 files = [path]
             else:
-                files = [] if any(path.rglob("*.py")) else [each for each in path.rglob("*") if each.is_file()]
-            yield from (each for each in files if each.name not in _LEFT_OUT and each.suffix not in (".py", ".pyc"))
+                if any(path.rglob("*.py")):
+                    files = []
+                else:
+                    files = [file for file in path.rglob("*") if file.is_file()]
+            yield from (file for file in files if file.name not in _LEFT_OUT and file.suffix not in (".py", ".pyc"))
 
 
 def site_files(page: Path = PAGE) -> dict[str, bytes]:
@@ -142,7 +115,10 @@ def _entry(name: str, data: bytes) -> dict[str, Any]:
     """Return a file's line in the service worker's list; no revision where its name changes with it."""
     digest = hashlib.sha256(data)
     has_hash = name.startswith(("python-", "assets/")) and not name.startswith("assets/blockly/")
-    revision = None if has_hash else digest.hexdigest()[:16]
+    if has_hash:
+        revision = None
+    else:
+        revision = digest.hexdigest()[:16]
     return {"url": name, "revision": revision, "integrity": "sha256-" + b64encode(digest.digest()).decode()}
 
 
@@ -172,7 +148,7 @@ def write_site(folder: Path, files: dict[str, bytes]) -> None:
         # By the list, which is the first, the next call knows the files of an interrupted one.
         place = folder / LIST
         replace_file(place, _list_of(files))
-        for name in sorted(files, key=lambda each: (each == _INDEX, each)):
+        for name in sorted(files, key=lambda address: (address == _INDEX, address)):
             place = folder / name
             place.parent.mkdir(parents=True, exist_ok=True)
             place.write_bytes(files[name])
@@ -234,5 +210,6 @@ def _manifest() -> bytes:
     }
     for part, phrase in texts.items():
         document[part] = phrase.sentence(FIRST)
-        document[f"{part}_localized"] = {each: phrase.sentence(each) for each in languages() if each != FIRST}
+        others = [language for language in languages() if language != FIRST]
+        document[f"{part}_localized"] = {language: phrase.sentence(language) for language in others}
     return json.dumps(document, ensure_ascii=False, indent=1).encode() + b"\n"

@@ -35,7 +35,8 @@ from motorcade.service.library import (
     united_stars,
 )
 from motorcade.service.messages import ErrorAnswer, LibraryEntry, StorageState, Version
-from motorcade.words.image import ImageError, parse_image_bytes
+from motorcade.words.image import parse_image_bytes
+from motorcade.words.packing import ImageError
 
 # The image of the virtual car, below this name.
 _CAR = "virtual-car"
@@ -140,8 +141,10 @@ class BrowserStorage(Storage):
             key: tuple(sorted(records, key=lambda record: record.version, reverse=True))
             for key, records in found.items()
         }
-        problems = [MotorcadeError(f"browser-store-{problem}"), *unreadable] if problem else unreadable
-        self._problems = [ErrorAnswer(**each.to_dict("page")) for each in problems[:_MOST_PROBLEMS]]
+        problems = unreadable
+        if problem:
+            problems = [MotorcadeError(f"browser-store-{problem}"), *unreadable]
+        self._problems = [ErrorAnswer(**problem.to_dict("page")) for problem in problems[:_MOST_PROBLEMS]]
         self._begin()
 
     def wanted(self) -> str:
@@ -157,7 +160,9 @@ class BrowserStorage(Storage):
     def changes(self) -> str:
         """Return what the request changes, as JSON; empty where it changes nothing."""
         made = self._changes
-        return msgspec.json.encode(made).decode() if made.put or made.remove or made.values else ""
+        if made.put or made.remove or made.values:
+            return msgspec.json.encode(made).decode()
+        return ""
 
     def settle(self, revision: int) -> None:
         """End a request: its changes are stored, and the store has ``revision`` now."""
@@ -178,7 +183,9 @@ class BrowserStorage(Storage):
         name = checked_name(name)
         records = self._projects.get((owner, name), ())
         digest = sha256(data).hexdigest()[:_DIGEST_DIGITS]
-        newest = records[0].version if records else 0
+        newest = 0
+        if records:
+            newest = records[0].version
         if records and (records[0].digest, records[0].size_bytes) == (digest, len(data)):
             return newest
         check_base(name, base, newest)
@@ -188,8 +195,9 @@ class BrowserStorage(Storage):
         if sum(record.size_bytes for record in self._of(owner)) + len(data) > most:
             raise MotorcadeError("browser-library-full", most=most / 1e6)
         changes = self._changes
-        moment_s = time.time() if saved_at_s is None else saved_at_s
-        record = Record(owner, name, newest + 1, int(moment_s * 1000), len(data), digest)
+        if saved_at_s is None:
+            saved_at_s = time.time()
+        record = Record(owner, name, newest + 1, int(saved_at_s * 1000), len(data), digest)
         self._texts[record] = text = data.decode()
         changes.put.append((record, text))
         all_records = (record, *records)
@@ -205,8 +213,11 @@ class BrowserStorage(Storage):
         record = found[0]
         if record not in self._texts:
             # A request that needs a second text needs many: one for each run would take too long.
-            several = [each for each in self._of(owner) if each not in self._texts]
-            self._wanted = several if self._has_waited else [record]
+            several = [record for record in self._of(owner) if record not in self._texts]
+            if self._has_waited:
+                self._wanted = several
+            else:
+                self._wanted = [record]
             raise _TextNeededError("damaged-version", name=name)
         text = self._texts[record]
         if not isinstance(text, str) or sha256(text.encode()).hexdigest()[:_DIGEST_DIGITS] != record.digest:

@@ -18,7 +18,7 @@ from functools import partial
 from typing import Any, Protocol
 from urllib.parse import urlsplit
 
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import CameraError, MotorcadeError, Phrase
 
 WIDTH, HEIGHT = 640, 480
 RATE_HZ = 15.0
@@ -36,6 +36,10 @@ _MOST_HEAD_BYTES = 1 << 13
 _BYTES_A_SECOND = 1 << 24
 _LENGTH = re.compile(rb"^content-length[ \t]*:[ \t]*([0-9]{1,9})[ \t]*\r?$", re.IGNORECASE | re.MULTILINE)
 _MULTIPART, _JPEG = "multipart/x-mixed-replace", "image/jpeg"
+
+
+class CameraDriverError(CameraError):
+    """The library that a camera needs isn't installed."""
 
 
 class Source(Protocol):
@@ -81,7 +85,7 @@ class Camera:
             MotorcadeError: "too-many-viewers", or the camera gives no picture.
         """
         if self.viewers >= MOST_VIEWERS:
-            raise MotorcadeError("too-many-viewers", most=MOST_VIEWERS)
+            raise CameraError("too-many-viewers", most=MOST_VIEWERS)
         self.viewers += 1
         if self._taking is None:
             self._taking = asyncio.create_task(self._take())
@@ -118,7 +122,7 @@ class Camera:
         except TimeoutError:
             if isinstance(self._problem, MotorcadeError):
                 raise self._problem from None
-            raise MotorcadeError("no-picture", reason=self._problem or "-") from None
+            raise CameraError("no-picture", reason=self._problem or "-") from None
         return self._newest
 
     async def _take(self) -> None:
@@ -150,11 +154,11 @@ class PiCamera:
             self._camera.options["quality"] = _QUALITY
             self._camera.start()
         except ImportError:
-            raise MotorcadeError(
+            raise CameraDriverError(
                 "camera-driver-missing", package="picamera2", command="sudo apt install python3-picamera2"
             ) from None
         except (OSError, RuntimeError, IndexError) as problem:
-            raise MotorcadeError("no-camera", reason=problem) from None
+            raise CameraError("no-camera", reason=problem) from None
 
     def jpeg(self) -> bytes:
         """The newest picture. Raises OSError."""
@@ -177,13 +181,13 @@ class OpenCvCamera:
         try:
             import cv2
         except ImportError:
-            raise MotorcadeError(
+            raise CameraDriverError(
                 "camera-driver-missing", package="OpenCV", command="pip install opencv-python-headless"
             ) from None
         self._cv2: Any = cv2
         self._camera = cv2.VideoCapture(0)
         if not self._camera.isOpened():
-            raise MotorcadeError("no-camera", reason="OpenCV: 0")
+            raise CameraError("no-camera", reason="OpenCV: 0")
         for name, value in (("FRAME_WIDTH", WIDTH), ("FRAME_HEIGHT", HEIGHT), ("BUFFERSIZE", 1)):
             self._camera.set(getattr(cv2, f"CAP_PROP_{name}"), value)
 
@@ -204,10 +208,8 @@ def find_camera() -> Source:
     """This computer's camera: a Raspberry Pi's, else a USB camera. Raises MotorcadeError."""
     try:
         return PiCamera()
-    except MotorcadeError as problem:
-        if problem.code != "camera-driver-missing":
-            raise
-    return OpenCvCamera()
+    except CameraDriverError:
+        return OpenCvCamera()
 
 
 class Parts:
@@ -244,15 +246,22 @@ class Parts:
             return None
         body = head_end + 4
         found = _LENGTH.search(self._rest, 0, head_end)
-        length = int(found[1]) if found else None
-        end = body + length if length is not None else self._rest.find(self._boundary, max(body, self._searched))
+        length = None
+        if found:
+            length = int(found[1])
+        if length is not None:
+            end = body + length
+        else:
+            end = self._rest.find(self._boundary, max(body, self._searched))
         if end < body or end > len(self._rest):
             self._searched = len(self._rest) - ahead
             return None
         picture = bytes(self._rest[body:end])
         del self._rest[:end]
         self._searched = 0
-        return picture if length is not None else picture.removesuffix(b"\r\n")
+        if length is not None:
+            return picture
+        return picture.removesuffix(b"\r\n")
 
 
 class WebCamera:
@@ -272,9 +281,9 @@ class WebCamera:
             parts = urlsplit(url)
             self._host, self._port = parts.hostname or "", parts.port
         except ValueError:
-            raise MotorcadeError("not-a-camera-address", url=url) from None
+            raise CameraError("not-a-camera-address", url=url) from None
         if parts.scheme not in ("http", "https") or not self._host:
-            raise MotorcadeError("not-a-camera-address", url=url)
+            raise CameraError("not-a-camera-address", url=url)
         self._path = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
         # Shown in errors, without the token, which is a secret.
         self._shown = f"{parts.scheme}://{parts.netloc.rpartition('@')[2]}{parts.path}"
@@ -303,7 +312,7 @@ class WebCamera:
             self._changed.wait_for(lambda: self._count != self._given or bool(self._problem), self._patience_s)
             if self._count == self._given:
                 reason = self._problem or Phrase("stays-silent")
-                raise MotorcadeError("camera-gives-no-answer", url=self._shown, reason=reason)
+                raise CameraError("camera-gives-no-answer", url=self._shown, reason=reason)
             self._given = self._count
             return self._newest
 

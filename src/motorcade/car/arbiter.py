@@ -5,7 +5,7 @@ Portable and pure: sessions are numbers, commands are DRIVE words, times are arg
 scripts/arbiter_diagram.py draws the diagram in docs/drive.md from TABLE.
 """
 
-from motorcade.words.formats import DRIVE
+from motorcade.words.positions import DRIVE_NEUTRAL, DRIVE_SPEED_AT
 from motorcade.words.ticks import elapsed_ms
 
 # States: what the wheels do, and the reason.
@@ -96,9 +96,6 @@ UNPOWERED = 5  # the battery is low
 _HELD = {STOPPED: HALTED, PROGRAM: YIELDED, DISCHARGED: UNPOWERED}
 
 NOBODY = 0
-_SPEED_AT = DRIVE.field("speed").low
-NEUTRAL = DRIVE.encode(angle=90, direction=1, speed=0)
-
 
 _NEXT = {(state, event): following for state, event, following in TABLE}
 
@@ -113,7 +110,7 @@ class Arbiter:
 
     Attributes:
         state: READY to DISCHARGED.
-        word: the DRIVE word that is valid now; NEUTRAL where no command is.
+        word: the DRIVE word that is valid now; DRIVE_NEUTRAL where no command is.
         driver: number of the session that drives, or NOBODY; sessions are numbered from 1.
         wanted_by: number of the session that waits for the wheel, or NOBODY.
         commanded_ms: when the driver last sent a command.
@@ -121,7 +118,7 @@ class Arbiter:
 
     def __init__(self, failsafe_ms: int, hand_over_ms: int, arming: bool = False) -> None:
         self.state = READY
-        self.word = NEUTRAL
+        self.word = DRIVE_NEUTRAL
         self.driver = NOBODY
         self.wanted_by = NOBODY
         self.commanded_ms = 0
@@ -150,7 +147,7 @@ class Arbiter:
         self.tick(now)
         if not self._may_drive(session):
             return WATCHING
-        moves = word >> _SPEED_AT & 255
+        moves = word >> DRIVE_SPEED_AT & 255
         event = MOVE if moves else STILL
         if self._arming:
             if moves and session != self._armed_by:
@@ -165,7 +162,7 @@ class Arbiter:
         self.commanded_ms = now
         self.state = following
         if following in (FAILSAFE, DISARMED):
-            self.word = NEUTRAL
+            self.word = DRIVE_NEUTRAL
             return NEEDS_NEUTRAL
         self.word = word
         if moves == 0:
@@ -247,7 +244,7 @@ class Arbiter:
     def _take_event(self, event: int) -> None:
         self.state = _NEXT.get((self.state, event), self.state)
         if self.state not in (STANDING, MOVING):
-            self.word = NEUTRAL
+            self.word = DRIVE_NEUTRAL
 
     def _leave(self, session: int, event: int, now: int) -> None:
         self.tick(now)

@@ -24,7 +24,20 @@ Source: seed 000, c1-c9, for the fields; the protocol's section "What a car does
 """
 
 from motorcade.words import uint8, uint8_at, uint16_at
-from motorcade.words.formats import CONTROL
+from motorcade.words.positions import (
+    AVOID_DURATION_AT,
+    AVOID_ENABLE_AT,
+    AVOID_RADIUS_AT,
+    FLOOR_AT,
+    LED_DURATION_AT,
+    LED_WHICH_AT,
+    MOTOR_DIRECTION_AT,
+    MOTOR_DURATION_AT,
+    MOTOR_ENABLE_AT,
+    MOTOR_SPEED_AT,
+    PIR_AT,
+    VOICE_AT,
+)
 from motorcade.words.ticks import elapsed_ms, later_ms
 
 # The type of an image in annotations. In C its words are read by a function, so that they may be in an EEPROM.
@@ -109,36 +122,23 @@ NO_VOICE = 0
 VOICE_STOP = 1
 VOICE_GO = 2
 
-_MOTOR_ENABLE_AT = CONTROL.field("motor_enable").low
-_MOTOR_DIRECTION_AT = CONTROL.field("motor_direction").low
-_MOTOR_SPEED_AT = CONTROL.field("motor_speed").low
-_MOTOR_DURATION_AT = CONTROL.field("motor_duration").low
-_LED_WHICH_AT = CONTROL.field("led_which").low
-_LED_DURATION_AT = CONTROL.field("led_duration").low
-_AVOID_ENABLE_AT = CONTROL.field("avoid_enable").low
-_AVOID_RADIUS_AT = CONTROL.field("avoid_radius").low
-_AVOID_DURATION_AT = CONTROL.field("avoid_duration").low
-_VOICE_AT = CONTROL.field("voice").low
-_PIR_AT = CONTROL.field("pir").low
-_FLOOR_AT = CONTROL.field("floor").low
-
 
 def motor_ms(word: int, levels: tuple[int, ...]) -> int:
     """Return how long ``word`` drives the motor."""
-    if word >> _MOTOR_ENABLE_AT & 1:
-        return levels[DURATIONS_MS + (word >> _MOTOR_DURATION_AT & 3)]
+    if word >> MOTOR_ENABLE_AT & 1:
+        return levels[DURATIONS_MS + (word >> MOTOR_DURATION_AT & 3)]
     return 0
 
 
 def led_ms(word: int, levels: tuple[int, ...]) -> int:
     """Return how long ``word`` lights its LED."""
-    return levels[DURATIONS_MS + (word >> _LED_DURATION_AT & 3)]
+    return levels[DURATIONS_MS + (word >> LED_DURATION_AT & 3)]
 
 
 def avoid_ms(word: int, levels: tuple[int, ...]) -> int:
     """Return how long ``word`` avoids obstacles."""
-    if word >> _AVOID_ENABLE_AT & 1:
-        return levels[DURATIONS_MS + (word >> _AVOID_DURATION_AT & 3)]
+    if word >> AVOID_ENABLE_AT & 1:
+        return levels[DURATIONS_MS + (word >> AVOID_DURATION_AT & 3)]
     return 0
 
 
@@ -228,7 +228,7 @@ def follower_step(s: list[int], now: int, levels: tuple[int, ...]) -> uint8:
 
 def hear_voice(s: list[int], voice: uint8) -> None:
     """Take what the microphone heard; it has an effect only while a word with the bit voice runs."""
-    if s[RUNNING] and s[WORD] >> _VOICE_AT & 1:
+    if s[RUNNING] and s[WORD] >> VOICE_AT & 1:
         if voice == VOICE_STOP:
             s[STOPPED] = 1
         if voice == VOICE_GO:
@@ -241,22 +241,22 @@ def looks_mm(s: list[int], now: int, levels: tuple[int, ...]) -> int:
     running_ms = elapsed_ms(now, s[STARTED_MS])
     if s[RUNNING] == 0 or running_ms >= avoid_ms(word, levels) or running_ms >= motor_ms(word, levels):
         return 0
-    if word >> _MOTOR_SPEED_AT & 3 == 0:
+    if word >> MOTOR_SPEED_AT & 3 == 0:
         return 0
-    return levels[AVOID_RADII_MM + (word >> _AVOID_RADIUS_AT & 3)]
+    return levels[AVOID_RADII_MM + (word >> AVOID_RADIUS_AT & 3)]
 
 
 def minds_floor(s: list[int], now: int, levels: tuple[int, ...]) -> uint8:
     """Return 1 while dark or light floor can change what the wheels do, else 0."""
     word = s[WORD]
-    if s[RUNNING] == 0 or word >> _FLOOR_AT & 1 == 0 or word >> _MOTOR_SPEED_AT & 3 == 0:
+    if s[RUNNING] == 0 or word >> FLOOR_AT & 1 == 0 or word >> MOTOR_SPEED_AT & 3 == 0:
         return 0
     return 1 if elapsed_ms(now, s[STARTED_MS]) < motor_ms(word, levels) else 0
 
 
 def watches(s: list[int], now: int, levels: tuple[int, ...]) -> uint8:
     """Return 1 while the running word reacts to an obstacle, a person or the floor, else 0."""
-    if s[RUNNING] and s[WORD] >> _PIR_AT & 1:
+    if s[RUNNING] and s[WORD] >> PIR_AT & 1:
         return 1
     if minds_floor(s, now, levels):
         return 1
@@ -269,24 +269,24 @@ def wheels(s: list[int], senses: "Senses", now: int, levels: tuple[int, ...]) ->
     ``senses`` has what the sensors tell: a large distance where the ultrasonic sensor finds nothing or is off.
     """
     word = s[WORD]
-    speed = word >> _MOTOR_SPEED_AT & 3
+    speed = word >> MOTOR_SPEED_AT & 3
     if s[RUNNING] == 0 or speed == 0:
         return STILL
     running_ms = elapsed_ms(now, s[STARTED_MS])
     if running_ms >= motor_ms(word, levels):
         return STILL
-    direction = word >> _MOTOR_DIRECTION_AT & 3
+    direction = word >> MOTOR_DIRECTION_AT & 3
     if direction == RANDOM_FORWARD:
         draw_headings(s, running_ms, levels)
         direction = s[HEADING]
     if s[STOPPED]:
         return STILL
-    if senses.person and word >> _PIR_AT & 1:
+    if senses.person and word >> PIR_AT & 1:
         return STILL
     if running_ms < avoid_ms(word, levels):
-        if senses.obstacle_mm < levels[AVOID_RADII_MM + (word >> _AVOID_RADIUS_AT & 3)]:
+        if senses.obstacle_mm < levels[AVOID_RADII_MM + (word >> AVOID_RADIUS_AT & 3)]:
             return RIGHT * 4 + speed
-    if word >> _FLOOR_AT & 1:
+    if word >> FLOOR_AT & 1:
         return _over_floor(s, direction, speed, senses.dark_floor, running_ms)
     return direction * 4 + speed
 
@@ -296,7 +296,7 @@ def _over_floor(s: list[int], direction: uint8, speed: uint8, dark: int, running
 
     A turn that has found its line stands until the motor's time is over; ``s[DRAWS]`` remembers it.
     """
-    if s[WORD] >> _MOTOR_DIRECTION_AT & 3 == RANDOM_FORWARD:
+    if s[WORD] >> MOTOR_DIRECTION_AT & 3 == RANDOM_FORWARD:
         return STILL if dark else direction * 4 + speed
     if direction == FORWARD:
         if dark == DARK_LEFT:
@@ -312,7 +312,7 @@ def _over_floor(s: list[int], direction: uint8, speed: uint8, dark: int, running
 def lit_led(s: list[int], now: int, levels: tuple[int, ...]) -> uint8:
     """Return the LED that is on now, 0 to 3, or NO_LED."""
     if s[RUNNING] and elapsed_ms(now, s[STARTED_MS]) < led_ms(s[WORD], levels):
-        return s[WORD] >> _LED_WHICH_AT & 3
+        return s[WORD] >> LED_WHICH_AT & 3
     return NO_LED
 
 
@@ -322,7 +322,7 @@ def begin_word(s: list[int], word: int, now: int) -> None:
     s[STARTED_MS] = now
     s[RUNNING] = 1
     s[DRAWS] = 0
-    if word >> _VOICE_AT & 1 == 0:
+    if word >> VOICE_AT & 1 == 0:
         s[STOPPED] = 0
 
 
@@ -333,7 +333,7 @@ def draw_headings(s: list[int], running_ms: int, levels: tuple[int, ...]) -> Non
     stood still for a while.
     """
     word = s[WORD]
-    if word >> _MOTOR_DIRECTION_AT & 3 != RANDOM_FORWARD:
+    if word >> MOTOR_DIRECTION_AT & 3 != RANDOM_FORWARD:
         return
     end_ms = motor_ms(word, levels)
     if running_ms < end_ms:

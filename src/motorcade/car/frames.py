@@ -45,7 +45,6 @@ from motorcade.car.brain import (
     draw_headings,
 )
 from motorcade.words import uint8
-from motorcade.words.formats import CONTROL, FRAME
 from motorcade.words.infrared import (
     air_us,
     check_is_good,
@@ -58,6 +57,7 @@ from motorcade.words.infrared import (
     to_frame,
     word_of,
 )
+from motorcade.words.positions import ACCEPT_IR_AT, CHECK_BITS, FORWARD_AT
 from motorcade.words.ticks import elapsed_ms, later_ms, reached
 
 # States of sending, in RELAY.
@@ -80,10 +80,6 @@ BAD_RESERVED = 3
 DEAF = 4  # the running word does not accept infrared
 BAD_CHECK = 5
 REMOTE = 6  # a remote control sent it
-
-_ACCEPT_IR_AT = CONTROL.field("accept_ir").low
-_FORWARD_AT = CONTROL.field("forward").low
-_CHECK_MASK = FRAME.field("check").word_mask
 
 
 def dwell_ms(image: ImageWords, levels: tuple[int, ...]) -> int:
@@ -109,7 +105,7 @@ def leader_begin(s: list[int], image: ImageWords, now: int) -> None:
     while at < end:
         words = words | image[at]
         at = at + 1
-    s[RELAYED] = words >> _FORWARD_AT & 1
+    s[RELAYED] = words >> FORWARD_AT & 1
     s[SLOT] = 0
     s[SLOT_STARTED_MS] = now
     s[NEXT_FRAME_MS] = now
@@ -232,7 +228,7 @@ def _go_on_opening(s: list[int], levels: tuple[int, ...]) -> None:
 
 def follower_hears(s: list[int], frame: int, now: int, levels: tuple[int, ...]) -> uint8:
     """Take a frame that ended now; call follower_step first. Return the result, BEGUN to REMOTE."""
-    if s[RUNNING] and s[WORD] >> _ACCEPT_IR_AT & 1 == 0:
+    if s[RUNNING] and s[WORD] >> ACCEPT_IR_AT & 1 == 0:
         return DEAF
     if is_remote_control(frame):
         s[LOST_REMOTE] = s[LOST_REMOTE] + 1
@@ -242,7 +238,7 @@ def follower_hears(s: list[int], frame: int, now: int, levels: tuple[int, ...]) 
         return BAD_PARITY
     if tag_of(frame):
         return _hears_tagged(s, frame, now, levels)
-    if frame & _CHECK_MASK:
+    if frame & CHECK_BITS:
         s[LOST_RESERVED] = s[LOST_RESERVED] + 1
         return BAD_RESERVED
     if s[TAG] and s[TAG] & FORGOTTEN == 0:
@@ -275,7 +271,7 @@ def _hears_tagged(s: list[int], frame: int, now: int, levels: tuple[int, ...]) -
         if is_newer == 0:
             s[TAG] = tag | own_tag << REPLACED_TAG_AT
         s[INTERVAL] = 0
-        if s[WORD] >> _FORWARD_AT & 1:
+        if s[WORD] >> FORWARD_AT & 1:
             s[INTERVAL] = levels[FIRST_INTERVAL_MS]
             s[INTERVAL_MS] = now
             s[SAME_TAG] = 1
@@ -308,7 +304,7 @@ def follower_sends(s: list[int], air_is_busy: uint8, now: int, levels: tuple[int
     ``air_is_busy`` is 1 while the car senses a carrier or sends one itself. A tagged word is passed on as RFC 6206
     (Trickle) describes: once in each interval, unless enough others nearby sent the same tag in it.
     """
-    if s[HOLDS] == 0 or s[WORD] >> _FORWARD_AT & 1 == 0:
+    if s[HOLDS] == 0 or s[WORD] >> FORWARD_AT & 1 == 0:
         s[RELAY] = BUSY
         return 0
     if s[TAG] == 0:

@@ -13,7 +13,7 @@ from array import array
 from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.car.board import Board
 from motorcade.car.senses import Senses
-from motorcade.words.image import WORD_BYTES, bytes_to_words
+from motorcade.words.packing import WORD_BYTES, bytes_to_words
 from motorcade.words.receiver import MOST_WORDS
 from motorcade.words.request import (
     BLINK,

@@ -5,14 +5,11 @@ every tick. The arguments are those of `motorcade.car.brain`.
 """
 
 from motorcade.car import brain, frames
-from motorcade.words.formats import CONTROL
+from motorcade.words.positions import FORWARD_AT, MOTOR_DIRECTION_AT
 from motorcade.words.ticks import elapsed_ms, later_ms, reached
 
 # Longer than any duration, but less than half of the clock's range, so that it still counts as the future.
 NEVER_MS = 1 << 28
-
-_FORWARD_AT = CONTROL.field("forward").low
-_MOTOR_DIRECTION_AT = CONTROL.field("motor_direction").low
 
 
 def frames_rest_ms(s: list[int], image: brain.ImageWords, free_ms: int, now: int, levels: tuple[int, ...]) -> int:
@@ -38,7 +35,7 @@ def frames_rest_ms(s: list[int], image: brain.ImageWords, free_ms: int, now: int
 
 def relay_rest_ms(s: list[int], free_ms: int, now: int) -> int:
     """For how many ms after now a follower doesn't begin to pass its word on, if the air is free in ``free_ms``."""
-    if s[brain.HOLDS] == 0 or s[brain.WORD] >> _FORWARD_AT & 1 == 0:
+    if s[brain.HOLDS] == 0 or s[brain.WORD] >> FORWARD_AT & 1 == 0:
         return NEVER_MS
     if s[brain.TAG] and s[brain.INTERVAL] == 0:
         return NEVER_MS
@@ -78,7 +75,7 @@ def word_rest_ms(s: list[int], now: int, levels: tuple[int, ...]) -> int:
     if running_ms < motor:
         if motor - running_ms < rest:
             rest = motor - running_ms
-        if word >> _MOTOR_DIRECTION_AT & 3 == brain.RANDOM_FORWARD:
+        if word >> MOTOR_DIRECTION_AT & 3 == brain.RANDOM_FORWARD:
             step = brain.RANDOM_STEP_MS - running_ms % brain.RANDOM_STEP_MS
             if step < rest:
                 rest = step

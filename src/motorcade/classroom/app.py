@@ -47,7 +47,11 @@ _API, _TEACHER = "/api/", "/api/teacher/"
 PAGES = ("/join", "/teacher", "/wall", "/mat", "/privacy")
 AUTHORITY = "/authority.crt"
 # By name, with the class whose method answers.
-REQUESTS = {each.name: (kind, each) for kind in (Classroom, SharedMat, Pairs, Handlers) for each in exchanges_of(kind)}
+REQUESTS = {
+    exchange.name: (kind, exchange)
+    for kind in (Classroom, SharedMat, Pairs, Handlers)
+    for exchange in exchanges_of(kind)
+}
 # A page is sent the class at most so often; the teacher's at least every few seconds, since it shows ages.
 _PUPIL_EVERY_S, _TEACHER_EVERY_S, _TEACHER_LATEST_S = 0.1, 0.25, 5.0
 
@@ -141,7 +145,7 @@ async def _answer(running: RunningClass, handlers: Handlers, request: Request) -
     if name not in REQUESTS:
         raise MotorcadeError("not-found")
     kind, exchange = REQUESTS[name]
-    owner = next(each for each in (running.room, running.mat, running.pairs, handlers) if isinstance(each, kind))
+    owner = next(part for part in (running.room, running.mat, running.pairs, handlers) if isinstance(part, kind))
     if not exchange.is_open:
         running.check_request(running.visitor(request))
     async with running.bodies.loaded(request) as data:
@@ -153,7 +157,10 @@ async def _answer(running: RunningClass, handlers: Handlers, request: Request) -
     given = {"self": owner, "asks": asks, "client": _address(request), "who": who, "now_s": now_s}
     try:
         answer = exchange.request.function(**{name: given[name] for name in exchange.request.given}, **arguments)
-        answer = await answer if isawaitable(answer) else answer
+        if isawaitable(answer):
+            answer = await answer
+        else:
+            answer = answer
     except MotorcadeError:
         # Also what a refused request has changed.
         running.show_changes()
@@ -171,7 +178,9 @@ async def _answer(running: RunningClass, handlers: Handlers, request: Request) -
 def _language(request: Request) -> str:
     """The language of the page that asks, by the query."""
     asked = request.query_params.get("language", FIRST)
-    return asked if asked in languages() else FIRST
+    if asked in languages():
+        return asked
+    return FIRST
 
 
 async def _report(running: RunningClass, request: Request) -> Response:
@@ -179,7 +188,10 @@ async def _report(running: RunningClass, request: Request) -> Response:
     language = _language(request)
     async with running.bodies.loaded(request) as data:
         order = decode(data, ReportOrder)
-    mission = mission_in(order.text) if order.mission is None else built_in_mission(order.mission)
+    if order.mission is None:
+        mission = mission_in(order.text)
+    else:
+        mission = built_in_mission(order.mission)
     async with running.reporting:
         _asker(running, request)
         pupils = list(running.room.record.pupils)
@@ -207,7 +219,9 @@ def _pages(running: RunningClass) -> list[BaseRoute]:
     page = running.settings.page
 
     async def start(request: Request) -> Response:
-        return page_file(page / "index.html") if _holder(running, request)[0] else RedirectResponse("/join", 303)
+        if _holder(running, request)[0]:
+            return page_file(page / "index.html")
+        return RedirectResponse("/join", 303)
 
     async def of_the_class(request: Request) -> Response:
         return page_file(page / "class.html")
@@ -248,8 +262,13 @@ async def _show_pupil(running: RunningClass, socket: WebSocket, page: PageSocket
             await asyncio.sleep(_PUPIL_EVERY_S)
             await changed.wait()
             changed.clear()
-    is_in = pupil_id in room.presence
-    await page.say_last(Goodbye("left" if is_in else "ended" if room.ended != ended else "removed"))
+    if pupil_id in room.presence:
+        goodbye = Goodbye("left")
+    elif room.ended != ended:
+        goodbye = Goodbye("ended")
+    else:
+        goodbye = Goodbye("removed")
+    await page.say_last(goodbye)
 
 
 async def _serve_teacher(running: RunningClass, socket: WebSocket) -> None:
@@ -262,7 +281,9 @@ async def _show_teacher(running: RunningClass, socket: WebSocket, page: PageSock
     with running.watching() as changed:
         while running.is_teacher(socket):
             problem = running.folder.problem
-            disk = sentences(problem) if problem else None
+            disk = None
+            if problem:
+                disk = sentences(problem)
             page.put(class_view(running.room, running.mat.view(), running.settings.clock(), disk))
             await asyncio.sleep(_TEACHER_EVERY_S)
             with suppress(TimeoutError):
@@ -290,18 +311,25 @@ def pupil_view(room: Classroom, pupil: Pupil, mat: MatView, pair: PairView | Non
 
 def class_view(room: Classroom, mat: MatView, now_s: float, disk: Sentence | None = None) -> ClassView:
     """Return what the teacher's page shows; ``disk`` is why work can't be stored at present."""
-    pupils = [_row(each, room.presence[each.id], now_s) for each in room.record.pupils]
+    pupils = [_row(pupil, room.presence[pupil.id], now_s) for pupil in room.record.pupils]
     settings = {name: getattr(room.record, name) for name in ("title", "code", "is_open", "stuck_minutes")}
     return ClassView(room.frozen, room.shared(), room.stopped, mat, pupils=pupils, disk=disk, **settings)
 
 
 def _row(pupil: Pupil, presence: Presence, now_s: float) -> PupilRow:
+    away_s, hand_s, stuck_s = 0, None, None
+    if not presence.pages:
+        away_s = int(now_s - presence.left_s)
+    if presence.hand_s is not None:
+        hand_s = int(now_s - presence.hand_s)
+    if presence.stuck:
+        stuck_s = int(now_s - presence.step_s)
     return PupilRow(
         *(pupil.id, pupil.name, pupil.avatar, pupil.number),
         online=presence.pages > 0,
-        away_s=0 if presence.pages else int(now_s - presence.left_s),
-        hand_s=None if presence.hand_s is None else int(now_s - presence.hand_s),
-        stuck_s=int(now_s - presence.step_s) if presence.stuck else None,
+        away_s=away_s,
+        hand_s=hand_s,
+        stuck_s=stuck_s,
         mission=presence.mission,
         goals_met=presence.met,
         goals=presence.goals,

@@ -25,7 +25,7 @@ from msgspec import Meta, Struct
 from motorcade.classroom.messages import Draft, StoredDraft
 from motorcade.classroom.names import RandomBelow
 from motorcade.classroom.record import ClassRecord, Pupil, from_bytes, is_known, is_owner, new_record
-from motorcade.config.files import locked, raised_as, replace_file
+from motorcade.config.files import SaveError, locked, raised_as, replace_file
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.missions.document import OWN
 from motorcade.missions.model import Mission
@@ -92,11 +92,10 @@ class ClassFolder(FolderStorage):
     def _storing(self) -> Iterator[None]:
         """Keep in mind whether the disk takes what the block stores; OSError becomes MotorcadeError."""
         try:
-            with raised_as("cant-save", OSError):
+            with raised_as("cant-save", OSError, SaveError):
                 yield
-        except MotorcadeError as problem:
-            if problem.code == "cant-save":
-                self.problem = MotorcadeError("class-not-stored", reason=problem.details["reason"])
+        except SaveError as problem:
+            self.problem = MotorcadeError("class-not-stored", reason=problem.details["reason"])
             raise
         self.problem = None
 
@@ -198,12 +197,14 @@ class ClassFolder(FolderStorage):
         Raises:
             MotorcadeError: the name isn't allowed, or there is no room.
         """
-        ending = f" ({note})" if note else ""
+        ending = ""
+        if note:
+            ending = f" ({note})"
         with self._owned(to), self._storing():
             taken = {entry.name for entry in self.list(to)}
             endings = chain([ending], (f"{ending} {number}" for number in count(2)))
-            wishes = (name[: LONGEST_NAME - len(each)] + each for each in endings)
-            free = next(each for each in wishes if each not in taken)
+            wishes = (name[: LONGEST_NAME - len(ending)] + ending for ending in endings)
+            free = next(wish for wish in wishes if wish not in taken)
             super().write_version(to, free, data)
         return free
 
@@ -280,12 +281,12 @@ def class_report(folder: ClassFolder, works: Sequence[Pupil | WorkFile], mission
             file.parent.mkdir(exist_ok=True)
             file.write_bytes(data)
 
-        for each in works:
-            if isinstance(each, Pupil):
-                _add(write, folder, each)
-        chosen = [each for each in works if isinstance(each, WorkFile)]
-        for path, each in zip(_chosen_paths(each.name for each in chosen), chosen, strict=True):
-            write(path, each.data)
+        for entry in works:
+            if isinstance(entry, Pupil):
+                _add(write, folder, entry)
+        chosen = [entry for entry in works if isinstance(entry, WorkFile)]
+        for path, file in zip(_chosen_paths(file.name for file in chosen), chosen, strict=True):
+            write(path, file.data)
         asked = mission.id
         if mission.id == OWN:
             asked = str(Path(name) / f"{OWN}.json")
@@ -338,7 +339,7 @@ def _file_name(name: str, taken: set[str], ending: str = "") -> str:
     if PureWindowsPath(allowed).is_reserved():
         allowed = f"_{allowed}"
     wishes = chain([allowed + ending], (f"{allowed} {number}{ending}" for number in count(2)))
-    found = next(each for each in wishes if each.casefold() not in taken)
+    found = next(wish for wish in wishes if wish.casefold() not in taken)
     taken.add(found.casefold())
     return found
 
@@ -346,13 +347,13 @@ def _file_name(name: str, taken: set[str], ending: str = "") -> str:
 def overview(works: Iterable[_Work], title: str, language: str) -> str:
     """Return the page that lists all pupils' projects and stars, as HTML in a language."""
     words = {key: escape(Phrase(f"overview-{key}").sentence(language)) for key in _WORDS}
-    missions = {each.id: each.name.get(language) or each.name["en"] for each in list_missions({})}
+    missions = {mission.id: mission.name.get(language) or mission.name["en"] for mission in list_missions({})}
     rows = []
     for work in works:
-        items = [_item(*each, words) for each in work.files]
+        items = [_item(*file, words) for file in work.files]
         stars = [
-            f"<li>{escape(missions.get(each, each))}: {'★' * len(earned)}</li>"
-            for each, earned in work.stars.items()
+            f"<li>{escape(missions.get(mission, mission))}: {'★' * len(earned)}</li>"
+            for mission, earned in work.stars.items()
             if earned
         ]
         cells = (escape(work.name), f"<ul>{''.join(items)}</ul>", f"<ul>{''.join(stars)}</ul>")
@@ -370,5 +371,7 @@ def _item(name: str, saved_at: str, path: str, words: dict[str, str]) -> str:
     text = escape(name) or words["draft"]
     if not path:
         return f"<li>{text} ({words['unreadable']})</li>"
-    when = f" ({escape(saved_at[:16].replace('T', ' '))} UTC)" if saved_at else ""
+    when = ""
+    if saved_at:
+        when = f" ({escape(saved_at[:16].replace('T', ' '))} UTC)"
     return f'<li><a href="{quote(path)}">{text}</a>{when}</li>'

@@ -61,7 +61,9 @@ class Handlers:
     def about(self, asks: Asks) -> messages.ClassAbout:
         """Return what everybody may know."""
         pupil, record = self._running.pupil(asks.connection), self._room.record
-        me = self._room.self_of(pupil) if pupil else None
+        me = None
+        if pupil:
+            me = self._room.self_of(pupil)
         return messages.ClassAbout(me, record.is_open, list(messages.AVATARS), record.title)
 
     @request("class/join", is_open=True, stores=True)
@@ -252,7 +254,9 @@ class Handlers:
     def addresses(self) -> messages.ClassAddresses:
         """Return how pupils find the class."""
         network, code = self._running.settings.network, self._room.record.code
-        why = sentences(network.why_no_name) if network.why_no_name else None
+        why = None
+        if network.why_no_name:
+            why = sentences(network.why_no_name)
         picture = qr_svg(join_url(network.addresses[0], code))
         return messages.ClassAddresses(code, list(network.addresses), network.local_name, why, picture)
 
@@ -350,7 +354,7 @@ class Handlers:
     @request("teacher/progress")
     async def progress(self) -> messages.ClassProgress:
         """Return the missions, and what each pupil has earned."""
-        found = [messages.MissionStars(each.id, each.name, each.stars) for each in list_missions({})]
+        found = [messages.MissionStars(mission.id, mission.name, mission.stars) for mission in list_missions({})]
         stars = {
             pupil.id: await to_thread.run_sync(self._folder.stars, pupil.id) for pupil in list(self._room.record.pupils)
         }

@@ -62,7 +62,7 @@ def request(name: str, *, is_open: bool = False, stores: bool = False) -> Callab
 
 def exchanges_of(kind: type) -> list[Exchange]:
     """The requests that the methods of a class answer."""
-    return [each.exchange for each in vars(kind).values() if hasattr(each, "exchange")]
+    return [method.exchange for method in vars(kind).values() if hasattr(method, "exchange")]
 
 
 class Classmate(Struct):

@@ -32,7 +32,7 @@ def likeness(name: str) -> str:
     """Return the same text for names that people take for the same, whatever case, width, spaces and look-alikes."""
     folded = unicodedata.normalize("NFKC", name).casefold()
     plain = unicodedata.normalize("NFKC", folded).translate(_LOOK_LIKE)
-    return "".join(each for each in plain if unicodedata.category(each)[0] in "LMN")
+    return "".join(character for character in plain if unicodedata.category(character)[0] in "LMN")
 
 
 @cache
@@ -59,22 +59,24 @@ def new_code(random_below: RandomBelow) -> str:
 
 def typed_code(text: str) -> str:
     """Return the code that somebody typed, as `new_code` writes it."""
-    return "".join(each for each in unicodedata.normalize("NFKC", text).upper() if each.isalnum())[: 2 * CODE_LENGTH]
+    return "".join(character for character in unicodedata.normalize("NFKC", text).upper() if character.isalnum())[
+        : 2 * CODE_LENGTH
+    ]
 
 
 def new_number(random_below: RandomBelow, taken: Iterable[str] = ()) -> str:
     """Return a new personal number, if possible one that nobody else has."""
-    used = sorted({int(each) for each in taken})
+    used = sorted({int(text) for text in taken})
     number = random_below(10**_NUMBER_LENGTH - len(used))
-    for each in used:
-        number += each <= number
+    for taken_number in used:
+        number += taken_number <= number
     return f"{number:0{_NUMBER_LENGTH}}"
 
 
 def typed_number(text: str) -> str:
     """Return the personal number that somebody typed, with plain digits."""
-    digits = [each for each in unicodedata.normalize("NFKC", text) if each.isdecimal()]
-    return "".join(str(unicodedata.decimal(each)) for each in digits)[: 2 * _NUMBER_LENGTH]
+    digits = [character for character in unicodedata.normalize("NFKC", text) if character.isdecimal()]
+    return "".join(str(unicodedata.decimal(digit)) for digit in digits)[: 2 * _NUMBER_LENGTH]
 
 
 def check_password(password: str) -> None:

@@ -1,11 +1,12 @@
 """How pupils find a class: the addresses of this computer, its name in the network, a QR code and a certificate."""
 
+import asyncio
 import hashlib
 import io
 import ipaddress
 import socket
 from collections.abc import AsyncIterator, Iterable, Sequence
-from contextlib import AsyncExitStack, asynccontextmanager
+from contextlib import ExitStack, asynccontextmanager
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from motorcade.drive.certificates import AUTHORITY_PUBLIC, CarKeys, make_keys
 from motorcade.drive.keys import CAR
 from motorcade.errors import MotorcadeError
 from motorcade.extras import install_command
+from motorcade.fleet.places import registered
 from motorcade.server.running import url_of
 from motorcade.sockets import way_out
 
@@ -57,7 +59,7 @@ class Network:
         """Show one of the addresses first: the room's tablets reach it. Raises MotorcadeError for any other."""
         if address not in self.addresses:
             raise MotorcadeError("not-found")
-        self.addresses.sort(key=lambda each: each != address)
+        self.addresses.sort(key=lambda shown: shown != address)
 
     @asynccontextmanager
     async def announced(self) -> AsyncIterator[None]:
@@ -65,49 +67,45 @@ class Network:
 
         Where an interface can't do it, such as a tunnel, the likeliest address alone is announced.
         """
-        async with AsyncExitStack() as opened:
-            for hosts in [self._hosts, self._hosts[:1]] if self._announces else []:
-                self.why_no_name = await self._announce(hosts, opened)
+        announcing = ExitStack()
+        try:
+            if self._announces:
+                # Asking whether the name is free takes a second.
+                self.why_no_name = await asyncio.to_thread(self._announce, announcing)
                 if self.why_no_name is None:
                     self.local_name = url_of(LOCAL_NAME, self._port, scheme=self._scheme)
-                if self.why_no_name is None or self.why_no_name.code != "local-name-not-announced":
-                    break
             yield
+        finally:
+            await asyncio.to_thread(announcing.close)
 
-    async def _announce(self, hosts: list[str], opened: AsyncExitStack) -> MotorcadeError | None:
-        """Announce these addresses until ``opened`` is closed; return why that isn't possible, or None."""
+    def _announce(self, announcing: ExitStack) -> MotorcadeError | None:
+        """Announce the name until ``announcing`` is closed; return why that isn't possible, or None."""
         try:
-            from zeroconf import NonUniqueNameException, ServiceInfo
-            from zeroconf.asyncio import AsyncZeroconf
+            from zeroconf import NonUniqueNameException
         except ModuleNotFoundError:
             return MotorcadeError("local-name-needs-zeroconf", name=LOCAL_NAME, command=install_command("class"))
-        info = ServiceInfo(
-            _SERVICE,
-            f"Motorcade.{_SERVICE}",
-            self._port,
-            parsed_addresses=hosts,
-            server=f"{LOCAL_NAME}.",
-            properties={"path": "/join"},
-        )
-        async with AsyncExitStack() as own:
+        server, properties = f"{LOCAL_NAME}.", {"path": "/join"}
+        reason: Exception | None = None
+        for hosts in (self._hosts, self._hosts[:1]):
             try:
-                zeroconf = AsyncZeroconf(interfaces=hosts)
-                own.push_async_callback(zeroconf.async_close)
-                await zeroconf.async_register_service(info)
+                announcing.enter_context(registered(_SERVICE, "Motorcade", self._port, properties, server, hosts))
             except NonUniqueNameException:
                 return MotorcadeError("local-name-taken", name=LOCAL_NAME)
-            except (OSError, RuntimeError) as found:
+            except (OSError, RuntimeError) as problem:
                 # RuntimeError: an interface is gone.
-                return MotorcadeError("local-name-not-announced", name=LOCAL_NAME, reason=found)
-            opened.push_async_callback(own.pop_all().aclose)
-        return None
+                reason = problem
+            else:
+                return None
+        return MotorcadeError("local-name-not-announced", name=LOCAL_NAME, reason=reason)
 
 
 def interfaces() -> list[tuple[str, str]]:
     """Return the names and the addresses of the network interfaces of this computer that are up."""
     up = {name for name, status in psutil.net_if_stats().items() if status.isup}
-    found = [(name, each) for name, addresses in psutil.net_if_addrs().items() if name in up for each in addresses]
-    return [(name, each.address) for name, each in found if each.family in (socket.AF_INET, socket.AF_INET6)]
+    found = [
+        (name, address) for name, addresses in psutil.net_if_addrs().items() if name in up for address in addresses
+    ]
+    return [(name, address.address) for name, address in found if address.family in (socket.AF_INET, socket.AF_INET6)]
 
 
 def likely_first(found: Iterable[tuple[str, str]], way_out: str | None = None) -> list[str]:
@@ -123,10 +121,14 @@ def likely_first(found: Iterable[tuple[str, str]], way_out: str | None = None) -
         there is none, those of IPv6, without link-local ones, which browsers don't open.
     """
     usable = [(name, text, ipaddress.ip_address(text.partition("%")[0])) for name, text in found]
-    usable = [each for each in usable if not (each[2].is_loopback or each[2].is_unspecified or each[2].is_multicast)]
-    of_ipv4 = [each for each in usable if each[2].version == 4]
+    usable = [
+        address
+        for address in usable
+        if not (address[2].is_loopback or address[2].is_unspecified or address[2].is_multicast)
+    ]
+    of_ipv4 = [address for address in usable if address[2].version == 4]
     ranked = []
-    for name, text, address in of_ipv4 or [each for each in usable if not each[2].is_link_local]:
+    for name, text, address in of_ipv4 or [address for address in usable if not address[2].is_link_local]:
         virtual = name.lower().startswith(_VIRTUAL)
         wireless = name.lower().startswith(_WIRELESS)
         ranked.append((virtual, address.is_link_local, text != way_out, not address.is_private, not wireless, text))

@@ -36,7 +36,7 @@ class Pairs:
 
     def of(self, pupil: str) -> Pair | None:
         """Return the pair that a pupil is in, or is asked to come into."""
-        return next((each for each in self._room.record.pairs if pupil in each.members), None)
+        return next((pair for pair in self._room.record.pairs if pupil in pair.members), None)
 
     def joined(self, pupil: str) -> Pair:
         """Return the pair that a pupil is in. Raises MotorcadeError."""
@@ -93,7 +93,10 @@ class Pairs:
         owner = pair.owners[window]
         if owner not in (None, who) and not self._is_away(owner, now_s):
             raise MotorcadeError("window-of-another", name=self._room.pupil(owner).name)
-        pair.owners[window] = who if wants else None
+        if wants:
+            pair.owners[window] = who
+        else:
+            pair.owners[window] = None
         pair.asks = None
         self._room.save()
 

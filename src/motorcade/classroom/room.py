@@ -105,7 +105,7 @@ class Classroom:
         stored.sign_ins = self.record.sign_ins
         stored.joined, stored.paired = self.record.joined, self.record.paired
         self.record = stored
-        self.presence = {each.id: self.presence.get(each.id) or Presence() for each in stored.pupils}
+        self.presence = {pupil.id: self.presence.get(pupil.id) or Presence() for pupil in stored.pupils}
         self.holders = {name: holder if holder in self.presence else None for name, holder in self.holders.items()}
         self.save()
 
@@ -162,9 +162,9 @@ class Classroom:
         if avatar not in AVATARS:
             raise MotorcadeError("no-such-avatar")
         name = checked_user_name(typed_name)
-        check_free(name, [each.name for each in self.record.pupils])
+        check_free(name, [pupil.name for pupil in self.record.pupils])
         self.record.joined += 1
-        number = new_number(self._random_below, [each.number for each in self.record.pupils])
+        number = new_number(self._random_below, [pupil.number for pupil in self.record.pupils])
         pupil = Pupil(f"{self.record.joined:02}", name, avatar, number, mission=self.record.handed)
         self.record.pupils.append(pupil)
         self.presence[pupil.id] = Presence(left_s=now_s, step_s=now_s)
@@ -179,7 +179,7 @@ class Classroom:
         that nobody has is refused with the same error.
         """
         alike = likeness(typed_name[:200])
-        pupil = next((each for each in self.record.pupils if likeness(each.name) == alike), None)
+        pupil = next((pupil for pupil in self.record.pupils if likeness(pupil.name) == alike), None)
         self.of_a_name.check(alike, now_s)
         self.of_an_address.check(address, now_s)
         if pupil is None or not compare_digest(typed_number(typed).encode(), pupil.number.encode()):
@@ -231,12 +231,12 @@ class Classroom:
 
     def sign_out(self, device: str) -> None:
         """Sign the teacher out at a browser."""
-        self.record.sign_ins = [each for each in self.record.sign_ins if each.device != device]
+        self.record.sign_ins = [sign_in for sign_in in self.record.sign_ins if sign_in.device != device]
         self.save()
 
     def is_teacher(self, device: str, now_s: float) -> bool:
         """Return whether the teacher is signed in at a browser, at a time in s since 1970."""
-        return any(each.device == device and now_s < each.until_s for each in self.record.sign_ins)
+        return any(sign_in.device == device and now_s < sign_in.until_s for sign_in in self.record.sign_ins)
 
     # What the teacher does.
 
@@ -255,8 +255,14 @@ class Classroom:
             stuck_minutes: a pupil is stuck after so many minutes without a step in the mission.
         """
         record = self.record
-        record.title = record.title if title is None else checked_user_name(title)
-        record.is_open = record.is_open if is_open is None else is_open
+        if title is None:
+            record.title = record.title
+        else:
+            record.title = checked_user_name(title)
+        if is_open is None:
+            record.is_open = record.is_open
+        else:
+            record.is_open = is_open
         record.stuck_minutes = stuck_minutes or record.stuck_minutes
         self.save()
 
@@ -274,7 +280,7 @@ class Classroom:
     def rename(self, pupil: Id, name: Text40) -> None:
         """Give a pupil another name. Raises MotorcadeError."""
         renamed, checked = self.pupil(pupil), checked_user_name(name)
-        check_free(checked, [each.name for each in self.record.pupils if each is not renamed])
+        check_free(checked, [pupil.name for pupil in self.record.pupils if pupil is not renamed])
         renamed.name = checked
         self.save()
 
@@ -282,7 +288,7 @@ class Classroom:
     def reset_number(self, pupil: Id) -> Self:
         """Give a pupil another number; the devices stay signed in. Raises MotorcadeError."""
         found = self.pupil(pupil)
-        found.number = new_number(self._random_below, [each.number for each in self.record.pupils])
+        found.number = new_number(self._random_below, [pupil.number for pupil in self.record.pupils])
         self.save()
         return self.self_of(found)
 
@@ -308,7 +314,9 @@ class Classroom:
 
     def chosen(self, to: Sequence[str] | None) -> list[Pupil]:
         """Return the pupils that are meant: all for None. Raises MotorcadeError where there is no such pupil."""
-        return list(self.record.pupils) if to is None else [self.pupil(each) for each in dict.fromkeys(to)]
+        if to is None:
+            return list(self.record.pupils)
+        return [self.pupil(pupil_id) for pupil_id in dict.fromkeys(to)]
 
     def hand_out_mission(self, to: Sequence[str] | None, mission: MissionChoice, title: str) -> int:
         """Give pupils a mission; for None also those who join later. Return to how many. Raises MotorcadeError."""
@@ -343,13 +351,13 @@ class Classroom:
     def seen(self, who: str, number: int) -> None:
         """Forget a pupil's news up to a number: the pupil has seen them. Raises MotorcadeError."""
         pupil = self.pupil(who)
-        pupil.news = [each for each in pupil.news if each.number > number]
+        pupil.news = [news for news in pupil.news if news.number > number]
         self.save()
 
     @request("class/classmates")
     def classmates(self, who: str) -> list[Classmate]:
         """Return the other pupils."""
-        return [Classmate(each.id, each.name, each.avatar) for each in self.record.pupils if each.id != who]
+        return [Classmate(pupil.id, pupil.name, pupil.avatar) for pupil in self.record.pupils if pupil.id != who]
 
     @request("class/hand")
     def raise_hand(self, who: str, raised: bool, now_s: float) -> None:
@@ -357,7 +365,10 @@ class Classroom:
         self.pupil(who)
         presence = self.presence[who]
         if raised != (presence.hand_s is not None):
-            presence.hand_s = now_s if raised else None
+            if raised:
+                presence.hand_s = now_s
+            else:
+                presence.hand_s = None
             self.changes += 1
 
     @request("teacher/lower-hand")
@@ -402,7 +413,10 @@ class Classroom:
     def pass_on(self, name: Text40, pupil: Id | None) -> None:
         """Give the cable or a real car to a pupil, or to nobody, whoever has it. Raises MotorcadeError."""
         self._holder(name)
-        self.holders[name] = self.pupil(pupil).id if pupil else None
+        if pupil:
+            self.holders[name] = self.pupil(pupil).id
+        else:
+            self.holders[name] = None
         self.changes += 1
 
     def _holder(self, name: str) -> str | None:
@@ -432,8 +446,8 @@ class Classroom:
         """Let time pass: who makes no step becomes stuck."""
         stuck_s = self.record.stuck_minutes * 60
 
-        def advance(each: tuple[str, Presence]) -> None:
-            self.changes += each[1].advance(now_s, stuck_s)
+        def advance(entry: tuple[str, Presence]) -> None:
+            self.changes += entry[1].advance(now_s, stuck_s)
 
         for_all(self.presence.items(), advance)
 

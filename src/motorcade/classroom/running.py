@@ -22,8 +22,8 @@ from motorcade.classroom.pairs import Pairs
 from motorcade.classroom.record import TEACHER, WINDOWS, ClassRecord, Presence, Pupil, is_owner, owners_of
 from motorcade.classroom.room import CABLE, MOST_PUPILS, SIGNED_IN_S, Classroom
 from motorcade.classroom.shared_mat import SharedMat
-from motorcade.drive.connection import CarError, CarRefusesError
-from motorcade.errors import MotorcadeError
+from motorcade.drive.connection import CarRefusesError
+from motorcade.errors import DriveError, MotorcadeError
 from motorcade.missions.document import OWN
 from motorcade.server.fleet import Fleet
 from motorcade.server.studio.sessions import IMPORT, REQUEST_S, SessionLimits, Settings, Visitors
@@ -141,13 +141,17 @@ class RunningClass(Visitors):
     def remember(self, response: Response, connection: HTTPConnection, secret: str, *, teacher: bool = False) -> None:
         """Have a browser keep a pupil's or the teacher's secret."""
         # The server alone says how long the teacher is signed in: the clock of a browser may be set, too.
-        name = self._teacher_cookie if teacher else self._pupil_cookie
+        name = self._pupil_cookie
+        if teacher:
+            name = self._teacher_cookie
         secure = connection.scope["scheme"] in ("https", "wss")
         response.set_cookie(name, secret, max_age=_YEAR_S, httponly=True, samesite="strict", secure=secure)
 
     def forget(self, response: Response, connection: HTTPConnection, *, teacher: bool = False) -> None:
         """Sign a browser out."""
-        name = self._teacher_cookie if teacher else self._pupil_cookie
+        name = self._pupil_cookie
+        if teacher:
+            name = self._teacher_cookie
         device = digest(connection.cookies.get(name, ""))
         (self.room.sign_out if teacher else self.room.leave)(device)
         response.delete_cookie(name)
@@ -163,7 +167,10 @@ class RunningClass(Visitors):
         Args:
             since: the revision with which a request began: what was undone since then, it may have changed.
         """
-        since = self.room.revision if since is None else since
+        if since is None:
+            since = self.room.revision
+        else:
+            since = since
         try:
             async with self._storing:
                 revision = self.room.revision
@@ -281,7 +288,9 @@ class RunningClass(Visitors):
         if self.room.frozen and isinstance(message, Play | StepWorld):
             raise MotorcadeError("class-frozen")
         if isinstance(message, SetWorld):
-            mission = (message.mission.id or OWN) if message.mission else None
+            mission = None
+            if message.mission:
+                mission = message.mission.id or OWN
             self.room.note(visitor, partial(Presence.open_mission, mission=mission, now_s=self.settings.clock()))
             self.show_changes()
 
@@ -352,7 +361,7 @@ class EmergencyStop:
                     return await control.act("clear")
                 except CarRefusesError:
                     raise
-                except CarError:
+                except DriveError:
                     # A new connection to a car takes a moment.
                     await asyncio.sleep(_AGAIN_S)
         finally:
@@ -367,7 +376,7 @@ class EmergencyStop:
                 await act(car)
                 done.add(car)
 
-        cars = [each.car for each in await self._cars.listed()]
+        cars = [car.car for car in await self._cars.listed()]
         for before in self._pending:
             before.cancel()
         tasks = self._pending = [asyncio.create_task(do(car)) for car in cars]

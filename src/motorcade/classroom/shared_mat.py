@@ -60,8 +60,13 @@ def parade(leaders: int, followers: int) -> dict[str, Any]:
 
 def described(pupil: str, world: StudioWorld, mat: MatDocument) -> WallWorld:
     """Return what a page of the teacher has to know of a world before its pictures; ``pupil`` is its owner's id."""
-    mission = world.referee.mission if world.referee else None
-    zones, goals = (mission_zones(mission), mission_goals(mission)) if mission else ([], [])
+    mission = None
+    if world.referee:
+        mission = world.referee.mission
+    if mission:
+        zones, goals = (mission_zones(mission), mission_goals(mission))
+    else:
+        zones, goals = ([], [])
     return WallWorld(pupil, mat, world.leads(), world.radius_m, world.cars, zones, goals)
 
 
@@ -86,9 +91,15 @@ class SharedMat:
 
     def view(self) -> MatView:
         """Return what pages show of it."""
-        referee = self.session.world.referee if self._state == "running" else None
-        state = "over" if referee and referee.is_over else self._state
-        mission = (self._mission.id or OWN) if self._mission else None
+        referee = None
+        if self._state == "running":
+            referee = self.session.world.referee
+        state: Literal["closed", "collecting", "running", "over"] = self._state
+        if referee and referee.is_over:
+            state = "over"
+        mission = None
+        if self._mission:
+            mission = self._mission.id or OWN
         return MatView(state, mission, self._title, self._places, self._started or list(self._images))
 
     def wall(self) -> ClassWall:

@@ -76,7 +76,7 @@ class WallPictures:
             self._number += 1
             self._seen = None
             self._shown, self._listed_s, self._last = found, now_s, {}
-            answers.append(ClassWall(self._number, [described(each.pupil, each.world, each.mat) for each in found]))
+            answers.append(ClassWall(self._number, [described(shown.pupil, shown.world, shown.mat) for shown in found]))
         if self.under_way < _MOST_UNDER_WAY and (picture := self._picture(found)):
             self.under_way += 1
             answers.append(picture)
@@ -92,7 +92,7 @@ class WallPictures:
     def _picture(self, found: list[ShownWorld]) -> bytes:
         """Return a picture of the worlds that are seen and have changed; empty where none has."""
         parts = []
-        now = {each.pupil: each for each in found}
+        now = {world.pupil: world for world in found}
         for place, world in enumerate(self._shown):
             if (self._seen is not None and place not in self._seen) or now.get(world.pupil) != world:
                 continue
@@ -101,9 +101,13 @@ class WallPictures:
                 continue
             self._last[place] = moment
             cars = world.world.cars
-            shown = min(cars, MOST_CARS_SHOWN) if world.pupil else cars
+            shown = cars
+            if world.pupil:
+                shown = min(cars, MOST_CARS_SHOWN)
             parts.append(_PLACE.pack(place, shown, t_ms) + first_cars(moment, cars, shown))
-        return _NUMBER.pack(self._number) + b"".join(parts) if parts else b""
+        if parts:
+            return _NUMBER.pack(self._number) + b"".join(parts)
+        return b""
 
 
 class _Onlooker:
@@ -171,7 +175,7 @@ class Walls:
             onlooker.drawn = max(onlooker.drawn, message.frame)
 
         def now() -> list[ClassWall | WorldAnswer | bytes]:
-            return onlooker.answers(next((each for each in self._now_shown() if each.pupil == pupil_id), None))
+            return onlooker.answers(next((shown for shown in self._now_shown() if shown.pupil == pupil_id), None))
 
         async with accepted(socket, self._running.settings, (ClassWall, State, Goals)) as page:
             self._running.room.pupil(pupil_id)

@@ -59,7 +59,9 @@ def _add_common_options(command: Any) -> None:
     command.params.append(TyperOption(param_decls=["--language"], type=str, default="", expose_value=False))
     subcommands = getattr(command, "commands", {}).values()
     if not any(parameter.name == "as_json" for parameter in command.params):
-        callback = _pass_json_on if subcommands else _refuse_json
+        callback = _refuse_json
+        if subcommands:
+            callback = _pass_json_on
         hidden: dict[str, Any] = {"is_flag": True, "default": False, "expose_value": False, "hidden": True}
         command.params.append(TyperOption(param_decls=["--json"], callback=callback, **hidden))
     for subcommand in subcommands:
@@ -103,7 +105,10 @@ def main() -> NoReturn:
         # Where a group of commands has printed its help there is nothing to add.
         if message := error.format_message():
             context = getattr(error, "ctx", None)
-            path = context.command_path if context else app.info.name
+            if context:
+                path = context.command_path
+            else:
+                path = app.info.name
             print_note(translated("usage-help", problem=_usage_sentence(message), command=path))
         sys.exit(USAGE)
     except typer.Abort:
@@ -151,8 +156,8 @@ def _translate_help(command: Any, path: str, has_frames: bool) -> None:
         key = next((key for key in (f"{path}.{parameter.name}", f".{parameter.name}") if key in known), None)
         if key:
             parameter.help = text("help", key, lists, current_language())
-    for name, each in getattr(command, "commands", {}).items():
-        _translate_help(each, f"{path} {name}".lstrip(), has_frames)
+    for name, subcommand in getattr(command, "commands", {}).items():
+        _translate_help(subcommand, f"{path} {name}".lstrip(), has_frames)
 
 
 def _usage_sentence(message: str) -> str:

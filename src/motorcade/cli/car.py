@@ -128,7 +128,9 @@ def _run(
                 from motorcade.boards.linux.raspberry_pi import open_car
 
             made = open_car(parts.equipment, options.pins_at(pins), chosen, gpio_chip)
-        key = "car-takes-uploads" if parts.address else "car-takes-no-uploads"
+        key = "car-takes-no-uploads"
+        if parts.address:
+            key = "car-takes-uploads"
         sentence = translated(key, role=Phrase(f"role-{role}"), address=parts.address, store=parts.store)
         print_result({"role": role, "port": parts.address, "store": str(parts.store)}, sentence, as_json)
         run(made, parts.equipment.line.wait, stops)
@@ -170,7 +172,9 @@ def _stops(ending: Ending, resources: ExitStack, watchdog: Path | None) -> Calla
     """Return what tells whether a signal asked the car to stop; each call in a tick keeps the watchdog alive."""
     from motorcade.boards.computer import HardwareWatchdog
 
-    armed = HardwareWatchdog(watchdog) if watchdog else None
+    armed = None
+    if watchdog:
+        armed = HardwareWatchdog(watchdog)
     if armed:
         resources.callback(armed.close)
 
@@ -192,7 +196,9 @@ def _observer(profile: "Profile", as_json: bool) -> "Observer":
         if as_json:
             line = json_text({"t_ms": at_ms, "kind": kind, "word": word, "detail": detail})
         else:
-            does = describe_control(word, profile) if kind in ("state", "start") else ""
+            does = ""
+            if kind in ("state", "start"):
+                does = describe_control(word, profile)
             event = translated(f"car-{kind}", count=word, detail=detail, does=does)
             line = f"{at_ms / 1000:9.3f} s  {plain(event)}"
         print(line)

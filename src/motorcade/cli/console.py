@@ -40,7 +40,9 @@ def describe_header(word: int, profile: Profile) -> str:
     if not values.dwell:
         return translated("header-content", **counts)
     seconds = profile.dwell_ms[values.dwell.bit_length() - 1] / 1000
-    tagged = translated("words-are-tagged") if values.reserved == TAGGED else ""
+    tagged = ""
+    if values.reserved == TAGGED:
+        tagged = translated("words-are-tagged")
     return translated("header-content-with-dwell", seconds=seconds, **counts) + tagged
 
 
@@ -52,9 +54,10 @@ def describe_control(word: int, profile: Profile) -> str:
     if values.motor_enable and values.motor_speed == 0:
         parts.append(translated("does-stand-still", seconds=seconds[values.motor_duration]))
     elif values.motor_enable:
-        turns = values.motor_direction in (1, 2)
-        speeds = profile.turn_rates_deg_s if turns else profile.speeds_mm_s
-        speed = f"{speeds[values.motor_speed]}{'°/s' if turns else ' mm/s'}"
+        if values.motor_direction in (1, 2):
+            speed = f"{profile.turn_rates_deg_s[values.motor_speed]}°/s"
+        else:
+            speed = f"{profile.speeds_mm_s[values.motor_speed]} mm/s"
         direction = DIRECTIONS[values.motor_direction]
         parts.append(translated(f"does-{direction}", speed=speed, seconds=seconds[values.motor_duration]))
     if values.led_which or values.led_duration:
@@ -72,10 +75,14 @@ def words_table(words: Sequence[int], profile: Profile) -> Table:
     image = parse_image(tuple(words))
     rows = []
     for number, word in enumerate(words):
-        role = "header" if not number else "leader" if number <= len(image.leader) else "follower"
-        content = describe_control(word, profile) if number else describe_header(word, profile)
-        content += _describe_infrared(word) if role == "follower" else ""
-        bits = coloured_bits(word, CONTROL if number else HEADER, f"{content}\n")
+        role, word_format = "follower", CONTROL
+        if number == 0:
+            role, word_format, content = "header", HEADER, describe_header(word, profile)
+        elif number <= len(image.leader):
+            role, content = "leader", describe_control(word, profile)
+        else:
+            content = describe_control(word, profile) + _describe_infrared(word)
+        bits = coloured_bits(word, word_format, f"{content}\n")
         rows.append((number, translated(f"role-{role}"), f"{word:08X}", bits))
     columns = ("number", "for", "hexadecimal", "content")
     title = translated("words-table-title", count=len(words), bytes=len(words) * 4)
@@ -86,8 +93,12 @@ def words_table(words: Sequence[int], profile: Profile) -> Table:
 
 def _describe_infrared(word: int) -> str:
     values = CONTROL.decode(word)
-    deaf = "" if values.accept_ir else translated("word-makes-deaf")
-    return deaf + (translated("word-passed-on") if values.forward else "")
+    content = ""
+    if not values.accept_ir:
+        content = translated("word-makes-deaf")
+    if values.forward:
+        content += translated("word-passed-on")
+    return content
 
 
 def fields_table(word: int, word_format: WordFormat, warnings: Iterable[Phrase]) -> Table:
@@ -96,8 +107,8 @@ def fields_table(word: int, word_format: WordFormat, warnings: Iterable[Phrase])
     title = translated("fields-table-title", format=word_format.name, word=word)
     columns = ("bits", "field", "raw", "meaning", "source")
     rows = [
-        (_bits(each), each.name, word >> each.low & each.raw_mask, _meaning(word_format, each), each.source)
-        for each in word_format.fields
+        (_bits(field), field.name, word >> field.low & field.raw_mask, _meaning(word_format, field), field.source)
+        for field in word_format.fields
     ]
     return make_table(columns, rows, right=("bits", "raw"), title=title, caption="\n".join(lines) or None)
 
@@ -108,13 +119,13 @@ def format_table(word_format: WordFormat) -> Table:
     columns = ("bits", "field", "allowed", "meaning", "source")
     rows = [
         (
-            _bits(each),
-            each.name,
-            f"{each.allowed.sentence(current_language())} {each.unit}".rstrip(),
-            _meaning(word_format, each),
-            each.source,
+            _bits(field),
+            field.name,
+            f"{field.allowed.sentence(current_language())} {field.unit}".rstrip(),
+            _meaning(word_format, field),
+            field.source,
         )
-        for each in word_format.fields
+        for field in word_format.fields
     ]
     return make_table(columns, rows, right=["bits"], unbroken=("bits", "field"), title=title)
 
@@ -130,7 +141,9 @@ def _meaning(word_format: WordFormat, field: Field) -> str:
 
 
 def _bits(field: Field) -> str:
-    return str(field.high) if field.width == 1 else f"{field.high}-{field.low}"
+    if field.width == 1:
+        return str(field.high)
+    return f"{field.high}-{field.low}"
 
 
 @contextmanager

@@ -92,37 +92,60 @@ def _serve(
     if revoked and not keys:
         raise MotorcadeError("revoked-without-keys")
     chosen = options.profile_named(profile or options.DEFAULT_PROFILE)
-    measured = BatteryFile(battery) if battery else None
-    tls, page_tls = (server_context(keys), https_context(keys)) if keys else (None, None)
-    second = telemetry_port if telemetry_port is not None else port and port_behind(port)
+    measured = None
+    if battery:
+        measured = BatteryFile(battery)
+    if keys:
+        tls, page_tls = (server_context(keys), https_context(keys))
+    else:
+        tls, page_tls = (None, None)
+    if telemetry_port is not None:
+        second = telemetry_port
+    else:
+        second = port and port_behind(port)
     notes: deque[Note] = deque(maxlen=_MOST_NOTES)
-    refused = revoked_keys(keys, revoked) if keys else None
+    refused = None
+    if keys:
+        refused = revoked_keys(keys, revoked)
     with holding_hardware() as ending, ExitStack() as resources:
-        commands, telemetry = (resources.enter_context(bind(host, each)) for each in (port, second))
+        commands, telemetry = (resources.enter_context(bind(host, port_wanted)) for port_wanted in (port, second))
         pages.check_reach(commands, keys, insecure_lan, "address-without-keys", "serve-insecure")
-        written = resources.enter_context(logging_to(log, notes.append))
-        page = resources.enter_context(bind(host, web)) if web is not None else None
+        record = resources.enter_context(logging_to(log, notes.append))
+        page = None
+        if web is not None:
+            page = resources.enter_context(bind(host, web))
         if page:
             pages.load_page()
         wanted = wanted._replace(insecure_lan=insecure_lan, keys=keys, revoked=revoked)
-        parts = open_parts(resources, wanted, chosen, _noting(notes), battery) if pins else None
+        parts = None
+        if pins:
+            parts = open_parts(resources, wanted, chosen, _noting(notes), battery)
         if pins and parts:
             with needs_extra("pins", "pi"):
                 from motorcade.boards.linux.programmed_drive import open_drive
             car: DriveBoard = open_drive(parts.equipment, options.pins_at(pins), chosen, gpio_chip, watchdog)
-            pictures = pages.open_camera(camera) if page else None
+            pictures = None
+            if page:
+                pictures = pages.open_camera(camera)
         else:
-            image, chosen = options.image_for(program, profile) if program else (bytes(4), chosen)
+            if program:
+                image, chosen = options.image_for(program, profile)
+            else:
+                image, chosen = (bytes(4), chosen)
             car, pictures = _open_simulated(resources, chosen, mat, program, image, measured)
         if arming:
             chosen = replace(chosen, drive=replace(chosen.drive, arming=True))
-        serve_page = partial(pages.serving_page, page, host, page_tls, pictures) if page else None
+        serve_page = None
+        if page:
+            serve_page = partial(pages.serving_page, page, host, page_tls, pictures)
         clients = Clients(CarControl(car, monotonic_ms, chosen), byte_order, refused)
         clients.refusals.say = notes.append
-        if written:
-            clients.control.record = written.record
-        name = parts.equipment.name if parts else ""
-        (host, port), (_, telemetry_port) = (each.getsockname()[:2] for each in (commands, telemetry))
+        if record:
+            clients.control.record = record
+        name = ""
+        if parts:
+            name = parts.equipment.name
+        (host, port), (_, telemetry_port) = (listener.getsockname()[:2] for listener in (commands, telemetry))
         with announced(DRIVE, name, (host, port), notes.append, telemetry=telemetry_port, keys=name_in(keys)):
             asyncio.run(serve(clients, (commands, telemetry), tls, serve_page, parts, notes, ending, as_json))
         if not as_json:
@@ -155,15 +178,20 @@ def _open_simulated(
     """
     with needs_extra("simulated-car", "world"):
         import motorcade.engine.webassembly  # noqa: F401
-        from motorcade.boards.simulated_drive import LiveWorld, SimulatedCamera
+        from motorcade.engine.simulated_drive import LiveWorld, SimulatedCamera
         from motorcade.engine.world import World
         from motorcade.mats import playground, read_mat
 
-    own = options.own_world(program).mat if program else None
-    place = read_mat(mat) if mat else own or playground()
+    own = None
+    if program:
+        own = options.own_world(program).mat
+    if mat:
+        place = read_mat(mat)
+    else:
+        place = own or playground()
     live = resources.enter_context(LiveWorld(World(place, [image], profile, threads=1)))
     board = live.board(0)
-    board.battery = battery
+    board.read_battery_mv = battery.read_mv if battery else None
     return board, SimulatedCamera(partial(live.jpeg, 0))
 
 
@@ -247,7 +275,7 @@ def _keys(
         return
     if not car and not driver:
         raise MotorcadeError("nobody-named")
-    named_hosts = (each.partition("@") for each in car or ())
+    named_hosts = (text.partition("@") for text in car or ())
     cars = [CarKeys(name, tuple(filter(None, hosts.split(",")))) for name, _, hosts in named_hosts]
     made = [str(file) for file in make_keys(folder, cars, driver or [], datetime.now(UTC))]
     if not (folder / REVOKED).exists():
@@ -261,17 +289,19 @@ def _list_keys(folder: Path, as_json: bool) -> None:
 
     rows = [
         {
-            "role": each.role,
-            "name": each.name,
-            "number": f"{each.number:x}",
-            "until": f"{each.valid_until:%Y-%m-%d}",
-            "revoked": each.is_revoked,
+            "role": made.role,
+            "name": made.name,
+            "number": f"{made.number:x}",
+            "until": f"{made.valid_until:%Y-%m-%d}",
+            "revoked": made.is_revoked,
         }
-        for each in list_keys(folder)
+        for made in list_keys(folder)
     ]
     lines = []
     for row in rows:
-        key = "keys-listed-revoked" if row["revoked"] else "keys-listed"
+        key = "keys-listed"
+        if row["revoked"]:
+            key = "keys-listed-revoked"
         lines.append(translated(key, **row | {"role": Phrase(f"role-{row['role']}")}))
     if rows or as_json:
         print_result(rows, "\n".join(lines), as_json)
@@ -287,7 +317,7 @@ def _parse(command: str) -> tuple[float, dict[str, Any]]:
     """Return for how many seconds a command drives, and the axes and switches that `DriveClient.drive_for` takes."""
     from motorcade.words.formats import SWITCHES
 
-    switches = tuple(each.name for each in SWITCHES)
+    switches = tuple(switch.name for switch in SWITCHES)
     parsed: dict[str, Any] = {"throttle": 0.0, "steering": 0.0, "seconds": 1.0}
     for part in command.split(","):
         name, _, text = part.partition("=")
@@ -300,6 +330,6 @@ def _parse(command: str) -> tuple[float, dict[str, Any]]:
         elif name in _AXES and (0 < value <= _LONGEST_S if name == "seconds" else -1 <= value <= 1):
             parsed[name] = value
         else:
-            known = ", ".join(f"{each}=0/1" for each in switches)
+            known = ", ".join(f"{name}=0/1" for name in switches)
             raise MotorcadeError("not-part-of-a-command", part=part, most=_LONGEST_S, switches=known)
     return parsed.pop("seconds"), parsed

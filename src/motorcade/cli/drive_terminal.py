@@ -8,9 +8,8 @@ from blessed import Terminal
 
 from motorcade.cli.output import current_language, plain, translated
 from motorcade.drive.blocking_client import BlockingDriveClient
-from motorcade.drive.connection import CarError
 from motorcade.drive.wire import Telemetry
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import DriveError, MotorcadeError, Phrase
 from motorcade.words.formats import SWITCHES, Switch
 
 AHEAD, BACK, LEFT, RIGHT = "ahead", "back", "left", "right"
@@ -98,7 +97,7 @@ class DriveTerminal:
         while key := self._terminal.inkey(timeout=0):
             if direction := _ARROWS.get(key.name or ""):
                 self._stick.press(direction, time.monotonic())
-            elif switch := next((each for each in SWITCHES if each.key == key.lower()), None):
+            elif switch := next((switch for switch in SWITCHES if switch.key == key.lower()), None):
                 if switch.is_held:
                     self._pressed_s[switch.name] = time.monotonic()
                 elif client.telemetry:
@@ -108,7 +107,7 @@ class DriveTerminal:
             elif order := {" ": client.stop, "c": client.clear}.get(key.lower()):
                 try:
                     order()
-                except CarError:
+                except DriveError:
                     # It can't be reached, or takes no requests: then commands alone can stop it.
                     self._stick = KeyStick(self._hold_s)
                     self._drives = True
@@ -120,7 +119,7 @@ class DriveTerminal:
         # A release is one command to stand still, which the client repeats; then others can have the wheel.
         if is_held or self._drives:
             self._drives = is_held
-            with suppress(CarError):
+            with suppress(DriveError):
                 client.drive(throttle * self._throttle, steering, **switches)
 
     def _draw(self, client: BlockingDriveClient) -> None:
@@ -137,7 +136,9 @@ class DriveTerminal:
         lines += ["", *terminal.wrap(_text("keys"), width)]
         if client.telemetry:
             lines += [
-                _switch_line(each, client.telemetry) for each in SWITCHES if each.name in client.telemetry.switches
+                _switch_line(switch, client.telemetry)
+                for switch in SWITCHES
+                if switch.name in client.telemetry.switches
             ]
         shown = [terminal.truncate(line, width) + terminal.clear_eol for line in lines[:height]]
         print(terminal.home + "\r\n".join(shown) + terminal.clear_eos, end="", flush=True)

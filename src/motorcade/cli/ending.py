@@ -36,9 +36,11 @@ def _handling(handler: _Handler, names: Iterable[str]) -> Iterator[None]:
     numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]
     # nohup ignores SIGHUP so that the command goes on. A shell's jobs in the background ignore SIGINT, which is no
     # reason for a car to ignore it.
-    handled = [each for each in numbers if each == signal.SIGINT or signal.getsignal(each) != signal.SIG_IGN]
+    handled = [number for number in numbers if number == signal.SIGINT or signal.getsignal(number) != signal.SIG_IGN]
     is_main = threading.current_thread() is threading.main_thread()
-    before = {number: signal.signal(number, handler) for number in handled} if is_main else {}
+    before = {}
+    if is_main:
+        before = {number: signal.signal(number, handler) for number in handled}
     try:
         yield
     finally:

@@ -7,7 +7,7 @@ import time
 from binascii import crc32
 from collections import Counter
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence
-from contextlib import asynccontextmanager, contextmanager, nullcontext, suppress
+from contextlib import asynccontextmanager, contextmanager, suppress
 from itertools import islice
 from pathlib import Path
 
@@ -31,8 +31,8 @@ from motorcade.cli.output import (
 )
 from motorcade.drive.keys import client_context
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.fleet.cars import ALL, MOST_CARS, Cars, Finder
-from motorcade.fleet.contact import CarStatus, Contact
+from motorcade.fleet.cars import ALL, MOST_CARS, Cars, Finder, NoSuchCarError
+from motorcade.fleet.contact import CarAwayError, CarStatus, Contact
 from motorcade.fleet.places import place_of
 from motorcade.outcomes import NO_ANSWER
 from motorcade.sockets import allow_files
@@ -71,14 +71,16 @@ async def load(image: bytes, names: Sequence[str], search: Lookup, baud: int, re
                 show(done)
 
             verdicts = await cars.load(image, names, advance, checksum if resume else "")
-    data = [each._asdict() | {"error": each.error.to_dict() if each.error else None} for each in verdicts]
+    data = [verdict._asdict() | {"error": verdict.error and verdict.error.to_dict()} for verdict in verdicts]
     rows = []
-    for each in verdicts:
-        holds = translated(f"load-{each.holds}", crc32=checksum)
-        why = each.error.sentence(current_language()) if each.error and each.error.code != "car-away" else ""
-        rows.append((each.car, each.where, f"{holds}\n{why}".strip()))
+    for verdict in verdicts:
+        holds = translated(f"load-{verdict.holds}", crc32=checksum)
+        why = ""
+        if verdict.error and not isinstance(verdict.error, CarAwayError):
+            why = verdict.error.sentence(current_language())
+        rows.append((verdict.car, verdict.where, f"{holds}\n{why}".strip()))
     print_result(data, Rows(("name", "where", "verdict"), rows), as_json)
-    failed = [each.error for each in verdicts if each.error]
+    failed = [verdict.error for verdict in verdicts if verdict.error]
     if failed:
         raise typer.Exit(failed[0].exit_code)
     if not is_whole:
@@ -89,14 +91,19 @@ async def load(image: bytes, names: Sequence[str], search: Lookup, baud: int, re
 async def _looking(search: Lookup, names: Sequence[str] = (), baud: int = 115200) -> AsyncIterator[tuple[Cars, Finder]]:
     """Look for cars while the block runs; ``names`` may be ports and addresses."""
     places = [*listed(search.file), *(place_of(name) for name in names if _PORT.fullmatch(name))]
-    tls = client_context(search.keys, takes_chips=True) if search.keys else None
+    tls = None
+    if search.keys:
+        tls = client_context(search.keys, takes_chips=True)
     most = allow_files(2 * MOST_CARS + _OTHER_FILES) - _OTHER_FILES
     async with Cars(places, tls, baud) as cars:
         # A drive server takes two connections.
         cars.most_at_once = min(MOST_CARS, max(1, most // 2))
         finder = Finder(cars)
-        async with nullcontext() if search.file else finder.looking():
+        if search.file:
             yield cars, finder
+        else:
+            async with finder.looking():
+                yield cars, finder
 
 
 async def act(search: Lookup, names: Sequence[str], kind: str, new: str = "") -> None:
@@ -112,12 +119,12 @@ async def _found(cars: Cars, names: Sequence[str], search: Lookup) -> None:
     listened_s = time.monotonic() + search.listen_s
     while time.monotonic() < end_s:
         try:
-            known = all(each.is_known.is_set() for each in cars.named(names))
+            known = all(contact.is_known.is_set() for contact in cars.named(names))
             if known and ("all" not in names or time.monotonic() >= listened_s):
                 return
-        except MotorcadeError as problem:
-            if problem.code != "no-such-car":
-                raise
+        except NoSuchCarError:
+            # It may be found in a moment.
+            pass
         await asyncio.sleep(_LOOK_S)
     cars.named(names)
 
@@ -126,23 +133,23 @@ async def order(kind: str, search: Lookup, as_json: bool) -> None:
     """Stop all cars that are found, or let them go; then tell which haven't confirmed it."""
     async with _looking(search) as (cars, finder):
         begin_s = time.monotonic()
-        cars.order(STOP if kind == "stop" else GO)
+        cars.order({"stop": STOP, "go": GO}[kind])
         # Those that are found meanwhile get it too.
         await asyncio.sleep(search.listen_s)
         missing = await cars.confirmed(search.seconds - (time.monotonic() - begin_s))
         count = len(cars.statuses())
-        problem = finder.problem
-        print_problem(problem)
+        is_whole = not cars.problem
+        print_problem(finder.problem)
     if not count:
         raise MotorcadeError("no-cars-found")
-    names = [each.name for each in missing]
+    names = [car.name for car in missing]
     lines = [translated(f"cars-{kind}", count=count - len(missing))]
     if missing:
         lines[0] += " " + translated("cars-missing", names=", ".join(names[:_MOST_PROBLEMS]), count=len(missing))
-        problems = [(each.name, each.problem.sentence(current_language())) for each in missing if each.problem]
+        problems = [(car.name, car.problem.sentence(current_language())) for car in missing if car.problem]
         lines += [f"{name}: {problem}" for name, problem in problems[:_MOST_PROBLEMS]]
     print_result({"cars": count, "missing": names}, "\n".join(lines), as_json)
-    if missing or (problem and problem.code == "list-not-whole"):
+    if missing or not is_whole:
         raise typer.Exit(NO_ANSWER)
 
 
@@ -173,7 +180,7 @@ async def print_cars(search: Lookup, as_json: bool) -> None:
     rows = [status._asdict() for status in statuses]
     for row in rows:
         row["program"] = programs.get(row["crc32"], "")
-        row["problem"] = row["problem"].to_dict() if row["problem"] else None
+        row["problem"] = row["problem"] and row["problem"].to_dict()
     print_json(rows)
 
 
@@ -222,7 +229,7 @@ def _reading_keys(pressed: Callable[[str], object]) -> Iterator[None]:
 
 def _table(rows: Sequence[CarStatus], finder: Finder, programs: dict[str, str]) -> Table:
     counted = translated("cars-counted", count=sum(not row.away for row in rows), away=sum(row.away for row in rows))
-    others = [f"{each.name} ({each.address})" for each in finder.others.values()]
+    others = [f"{place.name} ({place.address})" for place in finder.others.values()]
     lines = [counted]
     if is_shown_on_terminal():
         lines.append(translated("cars-keys"))
@@ -238,19 +245,22 @@ def _table(rows: Sequence[CarStatus], finder: Finder, programs: dict[str, str]) 
 
 def _cells(row: CarStatus, program: str) -> list[Text]:
     """Return a row's cells. ``program`` is the name of the car's, if it is known."""
-    image = "" if row.crc32 is None else translated("cars-program", words=row.words or 0, crc32=row.crc32)
-    silent = "cars-silent" if row.silent_s is None else "cars-away"
-    seen = translated(silent, seconds=round(row.silent_s or 0)) if row.away else translated("cars-here")
-    cells = [
-        row.name,
-        "" if row.number is None else str(row.number),
-        Phrase(f"role-{row.role}").sentence(current_language()) if row.role in ("leader", "follower") else "",
-        row.board or row.kind,
-        row.where,
-        f"{program}\n{image}".strip(),
-        row.state,
-        "" if row.battery_mv is None else f"{row.battery_mv / 1000:.2f} V",
-        row.version,
-        seen,
-    ]
-    return [Text(cell, style="" if not row.away else "dim") for cell in cells]
+    number = role = image = battery = style = ""
+    if row.number is not None:
+        number = str(row.number)
+    if row.role in ("leader", "follower"):
+        role = Phrase(f"role-{row.role}").sentence(current_language())
+    if row.crc32 is not None:
+        image = translated("cars-program", words=row.words or 0, crc32=row.crc32)
+    if row.battery_mv is not None:
+        battery = f"{row.battery_mv / 1000:.2f} V"
+    seen = translated("cars-here")
+    if row.away:
+        style = "dim"
+        if row.silent_s is None:
+            seen = translated("cars-silent", seconds=0)
+        else:
+            seen = translated("cars-away", seconds=round(row.silent_s))
+    shown = f"{program}\n{image}".strip()
+    cells = [row.name, number, role, row.board or row.kind, row.where, shown, row.state, battery, row.version, seen]
+    return [Text(cell, style=style) for cell in cells]

@@ -33,25 +33,25 @@ def _missions(as_json: Json = False) -> None:
     language = current_language()
     data = [
         {
-            "id": each.id,
-            "name": each.name.sentence(language),
-            "path": each.document["path"],
-            "order": each.document["order"],
-            "stars": each.stars,
-            "shortest": shortest.get(each.id, {}).get("blocks"),
+            "id": mission.id,
+            "name": mission.name.sentence(language),
+            "path": mission.document["path"],
+            "order": mission.document["order"],
+            "stars": mission.stars,
+            "shortest": shortest.get(mission.id, {}).get("blocks"),
         }
-        for each in found
+        for mission in found
     ]
     rows = [
         (
-            Phrase(f"mission-path-{each['path']}").sentence(language),
-            each["id"],
-            each["name"],
-            _stars(each["stars"]),
+            Phrase(f"mission-path-{row['path']}").sentence(language),
+            row["id"],
+            row["name"],
+            _stars(row["stars"]),
             # What a search has found, and after how many runs.
-            translated("shortest-found", **shortest[each["id"]]) if each["id"] in shortest else None,
+            translated("shortest-found", **shortest[row["id"]]) if row["id"] in shortest else None,
         )
-        for each in data
+        for row in data
     ]
     columns = ("path", "mission", "name", "stars", "shortest")
     title = translated("missions-title", count=len(found))
@@ -90,14 +90,14 @@ def _search(
     folder = output or Path(f"{wanted.id}-search")
     with ended_by_sentences(folder, "search"):
         from motorcade.cli.console import drawing_texts, progress_bar
-        from motorcade.experiments.run import chosen_workers
+        from motorcade.lab.run import chosen_workers
         from motorcade.lab.search import Search, do_task, opened_archive
         from motorcade.missions.check import check_program
 
         search = Search(wanted, method, runs, seed, ahead)
         with opened_archive(folder, search.contents) as archive:
             search.run(archive, chosen_workers(scheduler, jobs, do_task), progress_bar)
-            found = [(path, each, check_program(wanted, each.program)) for path, each in search.save_best(folder)]
+            found = [(path, best, check_program(wanted, best.program)) for path, best in search.save_best(folder)]
             picture = folder / "archive.png"
             title = {"name": wanted.name, "runs": search.done, "method": method}
             with drawing_texts():
@@ -109,28 +109,31 @@ def _search(
             "file": str(path),
             "grade": result.grade,
             "stars": len(result.stars),
-            "blocks": each.blocks,
-            "coverage": each.mean.coverage,
-            "words_a_minute": each.mean.words,
+            "blocks": program.blocks,
+            "coverage": program.mean.coverage,
+            "words_a_minute": program.mean.words,
         }
-        for path, each, result in found
+        for path, program, result in found
     ]
     rows = [
         (
-            f"{each['grade']:.4f}",
-            _stars(each["stars"]),
-            each["blocks"],
-            f"{each['coverage']:.0%}",
-            f"{each['words_a_minute']:.0f}",
-            each["file"],
+            f"{row['grade']:.4f}",
+            _stars(row["stars"]),
+            row["blocks"],
+            f"{row['coverage']:.0%}",
+            f"{row['words_a_minute']:.0f}",
+            row["file"],
         )
-        for each in best
+        for row in best
     ]
     columns = ("grade", "stars", "blocks", "coverage", "words-a-minute", "project")
     data = {"runs": search.done, "shortest": shortest, "picture": str(picture), "best": best}
     print_result(data, Rows(columns, rows, ["project"], translated("search-title", **title)), as_json)
     if not as_json:
-        line = translated("search-shortest", count=shortest) if shortest else translated("search-without-stars")
+        if shortest:
+            line = translated("search-shortest", count=shortest)
+        else:
+            line = translated("search-without-stars")
         print_lines([line, translated("search-is-drawn", picture=picture)])
 
 
@@ -138,7 +141,9 @@ def _named(mission: str) -> "Mission":
     """The mission with an id, or in a file. Raises MotorcadeError."""
     from motorcade.missions.document import built_in_mission, read_mission
 
-    return read_mission(Path(mission)) if Path(mission).suffix else built_in_mission(mission)
+    if Path(mission).suffix:
+        return read_mission(Path(mission))
+    return built_in_mission(mission)
 
 
 def _result(mission: "Mission", program: str) -> "Result":
@@ -148,7 +153,9 @@ def _result(mission: "Mission", program: str) -> "Result":
 
     path = Path(program)
     if program in _OWN and not path.exists():
-        own = mission.solution if program == _OWN[0] else mission.near_miss
+        own = mission.near_miss
+        if program == _OWN[0]:
+            own = mission.solution
         if own is None:
             raise MotorcadeError("mission-has-no-program", key=program)
         return check_program(mission, own)
@@ -175,18 +182,22 @@ def _check_folder(mission: "Mission", folder: Path, output: Path | None, as_json
     write_file(page, to_html(checked, mission, language).encode(errors="replace"))
     data: list[dict[str, Any]] = []
     cells = []
-    for each in checked:
-        problem = each.problem.sentence(language) if each.problem else None
-        found: dict[str, Any] = each.result.to_dict(language) if each.result else {"stars": 0}
-        data.append({"file": each.name, "problem": problem, **found})
+    for file in checked:
+        problem = file.problem and file.problem.sentence(language)
+        found: dict[str, Any] = {"stars": 0}
+        stars = None
+        if file.result:
+            found = file.result.to_dict(language)
+            stars = _stars(found["stars"])
+        data.append({"file": file.name, "problem": problem, **found})
         lost = " ".join(goal["why"] for goal in found.get("goals", ()) if not goal["met"])
-        cells.append((each.name, _stars(found["stars"]) if each.result else None, problem or lost))
+        cells.append((file.name, stars, problem or lost))
     title = translated("check-folder-title", name=mission.name, folder=folder)
     shown = Rows(("file", "stars", "why"), cells, ["stars"], title)
     print_result({"page": str(page), "table": str(table), "files": data}, shown, as_json)
     if not as_json:
         print_lines([translated("check-folder-written", page=page, table=table)])
-    return all(each.result and each.result.stars for each in checked)
+    return all(file.result and file.result.stars for file in checked)
 
 
 def _check_program(mission: "Mission", program: str, as_json: bool) -> bool:
@@ -204,17 +215,13 @@ def _check_program(mission: "Mission", program: str, as_json: bool) -> bool:
             print_note(translated("own-mat-not-checked", file=program, mat=own.name))
     for note in mission.beside_mat():
         print_note(note.sentence(language))
-    rows = [
-        (
-            _stars(each.star),
-            asked,
-            translated("goal-is-met") if each.met else translated("goal-is-lost", seed=each.seed),
-            f"{each.grade:.2f}",
-            f"{each.t_ms / 1000:g}",
-            each.why.sentence(language),
-        )
-        for asked, each in asked_goals(mission, result, language)
-    ]
+    rows = []
+    for asked, goal in asked_goals(mission, result, language):
+        met = translated("goal-is-met")
+        if not goal.met:
+            met = translated("goal-is-lost", seed=goal.seed)
+        time = f"{goal.t_ms / 1000:g}"
+        rows.append((_stars(goal.star), asked, met, f"{goal.grade:.2f}", time, goal.why.sentence(language)))
     columns = ("star", "goal", "result", "grade", "time", "why")
     title = translated("check-title", name=mission.name, stars=_stars(len(result.stars)))
     print_result(result.to_dict(language), Rows(columns, rows, columns[:1] + columns[2:5], title), as_json)

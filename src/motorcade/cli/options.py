@@ -86,7 +86,9 @@ class Lookup(NamedTuple):
     @property
     def listen_s(self) -> float:
         """For how long announcements are awaited."""
-        return 0.0 if self.file else min(_LISTEN_S, self.seconds)
+        if self.file:
+            return 0.0
+        return min(_LISTEN_S, self.seconds)
 
 
 def car_address(text: str) -> tuple[str, int]:
@@ -114,7 +116,9 @@ def listed(file: Path | None) -> "list[Place]":
     from motorcade.fleet.places import read_list
 
     file = file or (_USUAL_LIST if _USUAL_LIST.is_file() else None)
-    return read_list(file) if file else []
+    if file:
+        return read_list(file)
+    return []
 
 
 def profile_named(name: str) -> "Profile":
@@ -166,9 +170,13 @@ def own_world(source: Path) -> OwnWorld:
     if source.suffix == PYTHON or not is_project(data, source):
         return OwnWorld()
     beside = read_program(data).beside
-    mat = mat_of(beside["mat"], Phrase("mat-named", name=source.name)) if "mat" in beside else None
+    mat = None
+    if "mat" in beside:
+        mat = mat_of(beside["mat"], Phrase("mat-named", name=source.name))
     range_mm = beside.get("view", {}).get("range_mm")
-    return OwnWorld(mat, range_mm if isinstance(range_mm, int) and 0 < range_mm <= _MOST_RANGE_MM else None)
+    if not isinstance(range_mm, int) or not 0 < range_mm <= _MOST_RANGE_MM:
+        range_mm = None
+    return OwnWorld(mat, range_mm)
 
 
 def image_of(source: Path, profile_name: str, place: str = "") -> "tuple[bytes, Profile]":

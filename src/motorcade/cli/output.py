@@ -30,6 +30,8 @@ _UNBROKEN_WIDTH = 10_000
 # surrogate pairs, which stand for the bytes of a file's name that are no UTF-8.
 _OBEYED = re.compile("[\0-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 
+_STYLES = {"error": "bold red", "warning": "bold yellow"}
+
 # That of --language, empty for none; all threads print notes in it.
 _requested = ""
 
@@ -112,7 +114,7 @@ def make_table(
         heading = translated(f"column-{name}")
         table.add_column(heading, justify="right" if name in right else "left", no_wrap=name in unbroken)
     for row in rows:
-        table.add_row(*("–" if each is None else _as_text(each) for each in row))
+        table.add_row(*("–" if value is None else _as_text(value) for value in row))
     return table
 
 
@@ -131,7 +133,10 @@ def print_table(table: "RenderableType") -> None:
     """Print what Rich draws on standard output; into a pipe or file without colours, and no line of it is broken."""
     from rich.console import Console
 
-    console = Console() if is_shown_on_terminal() else Console(width=_UNBROKEN_WIDTH, color_system=None)
+    if is_shown_on_terminal():
+        console = Console()
+    else:
+        console = Console(width=_UNBROKEN_WIDTH, color_system=None)
     with console.capture() as drawn:
         console.print(table)
     _print_drawn(line.rstrip() for line in drawn.get().removesuffix("\n").split("\n"))
@@ -188,11 +193,12 @@ def print_diagnostics(diagnostics: "Iterable[Diagnostic]", console: "Console | N
     from rich.text import Text
 
     console = console or Console(stderr=True)
-    for each in diagnostics:
-        place = each.place(current_language())
-        line = Text(f"{place}: " if place else "")
-        line.append(translated(each.severity), style="bold red" if each.severity == "error" else "bold yellow")
-        line.append(f" {each.code}: {each.sentence(current_language())}")
+    for diagnostic in diagnostics:
+        line = Text()
+        if place := diagnostic.place(current_language()):
+            line.append(f"{place}: ")
+        line.append(translated(diagnostic.severity), style=_STYLES[diagnostic.severity])
+        line.append(f" {diagnostic.code}: {diagnostic.sentence(current_language())}")
         console.print(_as_text(line), soft_wrap=True)
 
 

@@ -64,7 +64,9 @@ def _page_tls(listener: socket.socket, keys: Path | None, insecure_lan: bool) ->
     from motorcade.drive.keys import https_context
 
     check_reach(listener, keys, insecure_lan, "page-without-https", "page-insecure")
-    return https_context(keys) if keys else None
+    if keys:
+        return https_context(keys)
+    return None
 
 
 def open_camera(name: CameraName) -> "Source | None":
@@ -122,7 +124,9 @@ async def serving_page(
 
     url, where = page_address(listener, host, "/drive", tls)
     settings = ServerSettings(**where)
-    camera = Camera(source) if source else None
+    camera = None
+    if source:
+        camera = Camera(source)
     try:
         async with serving(make_remote(settings, SingleCar(control, camera)), settings, listener, tls):
             yield url
@@ -155,10 +159,10 @@ def _remote(
     check_page()
     options.exclude_each_other(https=page_keys, insecure_lan=insecure_lan)
     named = named_cars(cars, camera or (), keys)
-    with bind(host, port, "remote") as listener, logging_to(log, print_problem) as written:
+    with bind(host, port, "remote") as listener, logging_to(log, print_problem) as record_of_drivers:
         tls = _page_tls(listener, page_keys, insecure_lan)
         url, where = page_address(listener, host, "/drive", tls)
-        settings = ServerSettings(**where, record=written.record if written else None)
+        settings = ServerSettings(**where, record=record_of_drivers)
         names = [car.name for car in named["cars"]]
 
         def ready() -> None:
@@ -176,8 +180,10 @@ def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) 
     from motorcade.cameras.broadcast import WebCamera
     from motorcade.drive.keys import client_context, visitor_context
 
-    urls = dict(_pair(each, "not-name-and-url") for each in cameras)
-    trust = visitor_context(keys) if urls else None
+    urls = dict(_pair(text, "not-name-and-url") for text in cameras)
+    trust = None
+    if urls:
+        trust = visitor_context(keys)
     cars = tuple(_car(text, urls) for text in texts)
     names = [car.name for car in cars]
     if twice := [name for name in names if names.count(name) > 1]:
@@ -254,11 +260,11 @@ def _studio(
     named = named_cars(car or (), camera or (), keys)
     folder = library or options.own_folder() / "projects"
     token = own_token(folder)
-    with _listen(host, port, token) as listener, logging_to(log, print_problem) as written:
+    with _listen(host, port, token) as listener, logging_to(log, print_problem) as record_of_drivers:
         tls = _page_tls(listener, page_keys, insecure_lan)
         url, where = page_address(listener, host, tls=tls, token=token)
         places = tuple(options.listed(car_list))
-        settings = Settings(library=folder, record=written.record if written else None, places=places, **where, **named)
+        settings = Settings(library=folder, record=record_of_drivers, places=places, **where, **named)
 
         def ready() -> None:
             sentence = translated("studio-is-ready", url=url, folder=folder)
@@ -302,25 +308,32 @@ def _class(
     named = named_cars(car or (), camera or (), keys)
     place = folder or options.own_folder() / "class"
     files = ClassFolder(place)
-    with files.opened(), bind(host, port, "class") as listener, logging_to(log, print_problem) as written:
+    with files.opened(), bind(host, port, "class") as listener, logging_to(log, print_problem) as record_of_drivers:
         record = files.load(secrets.randbelow)
         hosts, own = room_hosts(listener)
-        first_key = secrets.token_urlsafe(_FIRST_KEY_BYTES) if new_password or record.password is None else None
-        own_keys, authority = class_keys(place / "https", hosts, datetime.now(UTC)) if https else (None, None)
-        scheme, bound = "https" if https else "http", listener.getsockname()[1]
+        first_key = None
+        if new_password or record.password is None:
+            first_key = secrets.token_urlsafe(_FIRST_KEY_BYTES)
+        scheme, tls, authority = "http", None, None
+        if https:
+            own_keys, authority = class_keys(place / "https", hosts, datetime.now(UTC))
+            scheme, tls = "https", https_context(own_keys)
+        bound = listener.getsockname()[1]
         reaches_others = not is_loopback(listener)
         settings = ClassServerSettings(
             library=place,
             port=bound,
             names=frozenset([*names_of(listener, host), LOCAL_NAME]),
-            record=written.record if written else None,
+            record=record_of_drivers,
             first_key=first_key,
             network=Network(hosts, bound, scheme, announces=reaches_others),
             authority=authority,
             places=tuple(options.listed(car_list)),
             **named,
         )
-        teacher = url_of(own, bound, page="/teacher", scheme=scheme) + (f"#{first_key}" if first_key else "")
+        teacher, teacher_line = url_of(own, bound, page="/teacher", scheme=scheme), "class-teacher"
+        if first_key:
+            teacher, teacher_line = f"{teacher}#{first_key}", "class-first-password"
         app = make_class_app(settings, files)
 
         def ready() -> None:
@@ -332,7 +345,7 @@ def _class(
                 lines.append(translated("class-has-name", url=name))
             elif settings.network.why_no_name:
                 lines.append(settings.network.why_no_name.sentence(current_language()))
-            lines.append(translated("class-first-password" if first_key else "class-teacher", url=teacher))
+            lines.append(translated(teacher_line, url=teacher))
             if files.problem:
                 lines.append(files.problem.sentence(current_language()))
             if reaches_others and not https:
@@ -344,7 +357,7 @@ def _class(
                 open_browser(teacher)
 
         with announced(CLASS, record.title, listener.getsockname()[:2], print_problem):
-            serve_alone(app, settings, listener, ready, https_context(own_keys) if own_keys else None)
+            serve_alone(app, settings, listener, ready, tls)
 
 
 def own_token(folder: Path) -> str:
@@ -369,14 +382,12 @@ def own_token(folder: Path) -> str:
 
 def _listen(host: str, port: int, token: str) -> socket.socket:
     """A socket that listens at the address; port 0 takes a free one. Raises MotorcadeError."""
-    from motorcade.drive.listener import bind
+    from motorcade.drive.listener import PortTakenError, bind
     from motorcade.server.running import url_of
 
     try:
         return bind(host, port, "studio")
-    except MotorcadeError as problem:
-        if problem.code != "port-taken":
-            raise
+    except PortTakenError:
         # At 'all addresses' no page can be opened; this computer is one of them.
         here = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
         raise MotorcadeError("studio-port-taken", port=port, url=url_of(here, port, token)) from None

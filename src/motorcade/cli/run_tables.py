@@ -34,16 +34,22 @@ def cars_table(run: Run) -> Table:
         name: np.bincount(events["car"][events["kind"] == k], minlength=world.cars) for k, name in enumerate(KINDS)
     }
     end, leader = world.snapshot(), translated("role-leader")
-    rows = [
-        (
-            f"{car}, {leader}" if leads and car else leader if leads else car,
-            counts["state"][car] + counts["start"][car],
-            *(counts[name][car] for name in ("frame", "heard", "lost")),
-            *(_rounded(each[car], 2) for each in (run.driven_m, end.x_m, end.y_m)),
-            _rounded(math.degrees(end.heading[car]), 0),
+    rows = []
+    for car, leads in enumerate(world.mat.starts.leads.tolist()):
+        name = str(car)
+        if leads:
+            name = leader
+        if leads and car:
+            name = f"{car}, {leader}"
+        rows.append(
+            (
+                name,
+                counts["state"][car] + counts["start"][car],
+                *(counts[kind][car] for kind in ("frame", "heard", "lost")),
+                *(_rounded(column[car], 2) for column in (run.driven_m, end.x_m, end.y_m)),
+                _rounded(math.degrees(end.heading[car]), 0),
+            )
         )
-        for car, leads in enumerate(world.mat.starts.leads.tolist())
-    ]
     columns = ("car", "words", "frames", "heard", "lost", "driven", "x", "y", "heading")
     title = translated("cars-table-title", seconds=world.now_ms / 1000, mat=world.mat.name)
     return make_table(columns, rows, right=columns[1:], unbroken=["car"], title=title)
@@ -51,7 +57,10 @@ def cars_table(run: Run) -> Table:
 
 def run_tables(run: Run) -> Group:
     """Make the tables of a run: what each car did, then how the words spread."""
-    return Group(cars_table(run), *([slots_table(run)] if run.slots else []))
+    tables = [cars_table(run)]
+    if run.slots:
+        tables.append(slots_table(run))
+    return Group(*tables)
 
 
 def run_as_dict(run: Run) -> dict[str, object]:
@@ -60,7 +69,9 @@ def run_as_dict(run: Run) -> dict[str, object]:
     columns = zip(end.x_m.tolist(), end.y_m.tolist(), end.heading.tolist(), strict=True)
     cars = [{"id": car, "x": x, "y": y, "heading": heading} for car, (x, y, heading) in enumerate(columns)]
     counts = {name: int(values[0]) for name, values in run.world.counts().items()}
-    events = [_event_as_dict(with_tag(event)) for event in events_as_dicts(run.events)] if run.recording else None
+    events = None
+    if run.recording:
+        events = [_event_as_dict(with_tag(event)) for event in events_as_dicts(run.events)]
     slots = [slot._asdict() for slot in run.slots]
     return {"cars": cars, "counts": counts, "slots": slots, "events": events}
 
@@ -69,7 +80,9 @@ def slots_table(run: Run) -> Table:
     """Make a table of the leaders' slots: how many followers began the word of each, and how late."""
     columns = [f"slot-{name.replace('_', '-')}" for name in Slot._fields]
     more = len(run.slots) - _MOST_SLOTS
-    caption = translated("slots-table-more", count=more) if more > 0 else None
+    caption = None
+    if more > 0:
+        caption = translated("slots-table-more", count=more)
     title = translated("slots-table-title")
     return make_table(columns, run.slots[:_MOST_SLOTS], right=columns, title=title, caption=caption)
 
@@ -81,7 +94,9 @@ def _event_as_dict(event: dict[str, Any]) -> dict[str, object]:
     if kind in ("heard", "lost"):
         event["sender"] = other
     named = {name: value for name, value in event.items() if name not in WHICH}
-    return named | ({"why": why} if why else {})
+    if why:
+        named["why"] = why
+    return named
 
 
 def _crowd_table(run: Run) -> Table:
@@ -101,7 +116,9 @@ def print_unheard(run: Run) -> None:
     heard = set(events["car"][events["kind"] >= KINDS.index("heard")].tolist())
     silent = [car for car, leads in enumerate(run.world.mat.starts.leads) if not leads and car not in heard]
     if silent:
-        key = "car-out-of-range" if len(silent) == 1 else "cars-out-of-range"
+        key = "cars-out-of-range"
+        if len(silent) == 1:
+            key = "car-out-of-range"
         line = translated(key, car=silent[0], count=len(silent))
         Console(stderr=True).print(Text(line), soft_wrap=True)
 
@@ -139,7 +156,9 @@ def show(
     profile = built_in_profile(program.profile)
     if compiled.words:
         print_table(words_table(compiled.words, profile))
-    record = [picture] if picture else []
+    record = []
+    if picture:
+        record = [picture]
     if mat is None and followers is None and "mat" in program.beside:
         mat = mat_of(program.beside["mat"], Phrase("mat-of-page"))
     run = simulate(compiled.image, 5 if followers is None else followers, seconds, seed, profile, mat, record)

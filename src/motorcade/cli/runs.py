@@ -23,14 +23,14 @@ from motorcade.cli.output import (
     print_table,
     translated,
 )
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import InputError, MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 from motorcade.outcomes import PROGRAM_ERROR
 
 if TYPE_CHECKING:
     from motorcade.config.profile import Profile
-    from motorcade.experiments.plan import Plan
-    from motorcade.experiments.spec import Sweep
+    from motorcade.lab.plan import Plan
+    from motorcade.lab.spec import Sweep
     from motorcade.mats import Mat
     from motorcade.runs.recording import Recording
 
@@ -56,7 +56,7 @@ def _simulate(
 ) -> None:
     image, chosen = options.image_for(source, profile)
     if math.isnan(seconds):
-        raise MotorcadeError("option-not-allowed", option="--seconds", value="nan", allowed="0 to 86400")
+        raise InputError("option-not-allowed", option="--seconds", value="nan", allowed="0 to 86400")
     if mat and followers is not None:
         raise MotorcadeError("followers-with-mat")
     files = record or []
@@ -79,11 +79,12 @@ def _simulate(
         if own.range_mm and place is own.mat:
             chosen = dataclasses.replace(chosen, infrared=dataclasses.replace(chosen.infrared, range_mm=own.range_mm))
         if followers is None:
-            followers = 5 if parse_image_bytes(image).followers else 0
+            followers = 0
+            if parse_image_bytes(image).followers:
+                followers = 5
         drawings = [path for path in files if path.suffix.lower() != DATA_ENDING]
         total_ms = round(seconds * 1000) * (1 + len(drawings))
-        texts = drawing_texts() if drawings else nullcontext()
-        with progress_bar("done", total_ms) as advance, texts:
+        with progress_bar("done", total_ms) as advance, drawing_texts() if drawings else nullcontext():
             run = simulate(image, followers, seconds, seed, chosen, place, files, advance)
     print_unheard(run)
     if as_json:
@@ -98,7 +99,10 @@ def _replay(run: RunFile, output: options.OptionalOutput = None, as_json: option
         from motorcade.runs.recorder import open_recording
 
         recording = open_recording(run)
-        lines = _json_lines(recording) if as_json else _text_lines(recording)
+        if as_json:
+            lines = _json_lines(recording)
+        else:
+            lines = _text_lines(recording)
         if output:
             options.write_file(output, "".join(f"{line}\n" for line in lines).encode(), run)
         else:
@@ -109,7 +113,7 @@ def _replay(run: RunFile, output: options.OptionalOutput = None, as_json: option
 @app.command("plot")
 def _plot(run: RunFile, output: options.Output, speed: float = 1, as_json: options.Json = False) -> None:
     if not math.isfinite(speed) or not 0.001 <= speed <= 100_000:
-        raise MotorcadeError("option-not-allowed", option="--speed", value=f"{speed:g}", allowed="0.001 to 100000")
+        raise InputError("option-not-allowed", option="--speed", value=f"{speed:g}", allowed="0.001 to 100000")
     with needs_extra("drawing", "runs"):
         from motorcade.cli.console import drawing_texts, progress_bar
         from motorcade.runs.recorder import draw, open_recording
@@ -133,8 +137,13 @@ def _text_lines(recording: "Recording") -> Iterator[str]:
             kind = event["kind"]
             if kind in _ON_THE_AIR:
                 continue
-            does = describe_control(event["word"], about.profile) if kind in ("state", "start") else ""
-            detail = event["why"] if kind == "lost" else event["other"]
+            does = ""
+            if kind in ("state", "start"):
+                does = describe_control(event["word"], about.profile)
+            if kind == "lost":
+                detail = event["why"]
+            else:
+                detail = event["other"]
             sentence = translated(f"car-{kind}", does=does, detail=detail)
             car = Phrase("car-number", number=event["car"]).sentence(current_language())
             yield f"{event['t_ms'] / 1000:9.3f} s  {car}: {sentence}"
@@ -162,7 +171,7 @@ def _sweep(
 ) -> None:
     with ended_by_sentences(output):
         from motorcade.cli.console import progress_bar
-        from motorcade.experiments.run import chosen_workers, run_sweep
+        from motorcade.lab.run import chosen_workers, run_sweep
 
         if capsule:
             from motorcade.runs.recording import check_writable
@@ -175,7 +184,9 @@ def _sweep(
 
             write_capsule(capsule, spec.read_bytes(), plan, output)
     result = {"runs": plan.runs, "tasks": plan.tasks, "tasks_run": ran, "table": str(output)}
-    key = "sweep-is-done" if ran == plan.tasks else "sweep-was-done"
+    key = "sweep-was-done"
+    if ran == plan.tasks:
+        key = "sweep-is-done"
     lines = [translated(key, runs=plan.runs, table=output, done=plan.tasks - ran, tasks=plan.tasks)]
     if capsule:
         result["capsule"] = str(capsule)
@@ -194,8 +205,8 @@ def _verify(
 ) -> None:
     with ended_by_sentences(capsule, "verify"):
         from motorcade.cli.console import progress_bar
-        from motorcade.experiments.run import on_this_computer
         from motorcade.lab.capsule import verify
+        from motorcade.lab.run import on_this_computer
 
         runs, difference = verify(capsule, sample, on_this_computer(jobs), progress_bar)
     if difference is None:
@@ -210,8 +221,8 @@ def _verify(
 def _plan(spec: Path, with_digests: bool) -> "Plan":
     from motorcade import __version__
     from motorcade.cli.console import progress_bar
-    from motorcade.experiments.plan import Plan
-    from motorcade.experiments.spec import read_sweep
+    from motorcade.lab.plan import Plan
+    from motorcade.lab.spec import read_sweep
 
     def has_own_mat(program: Path) -> bool:
         # A program that can't be read gets its own sentence when it is compiled.
@@ -235,7 +246,9 @@ def _program(spec: Path, index: int, wanted: "Sweep") -> "tuple[bytes, Profile]"
     place = f"{spec.name}: programs[{index}], '{name}'"
     own = wanted.profile.endswith(".toml")
     try:
-        profile_name = str(spec.parent / wanted.profile) if own else wanted.profile
+        profile_name = wanted.profile
+        if own:
+            profile_name = str(spec.parent / wanted.profile)
         image, profile = options.image_of(spec.parent / name, profile_name, place)
     except OSError as problem:
         raise MotorcadeError("sweep-program-unreadable", place=place, reason=problem) from None
@@ -247,7 +260,7 @@ def _program(spec: Path, index: int, wanted: "Sweep") -> "tuple[bytes, Profile]"
 
 def _mat(spec: Path, index: int, wanted: "Sweep") -> "Mat | None":
     """Read one of the mats that a sweep names; None for the empty table."""
-    from motorcade.experiments.spec import EMPTY_TABLE
+    from motorcade.lab.spec import EMPTY_TABLE
     from motorcade.mats import read_mat
 
     name = wanted.mats[index]

@@ -55,9 +55,11 @@ async def serve(
     async with AsyncExitStack() as resources:
         await resources.enter_async_context(watched(control))
         listeners = await resources.enter_async_context(serving(clients, *sockets, tls))
-        url = await resources.enter_async_context(page(control)) if page else None
+        url = None
+        if page:
+            url = await resources.enter_async_context(page(control))
         resources.enter_context(_logging(control.telemetry, notes))
-        (host, port), (_, telemetry_port) = (each.address for each in listeners)
+        (host, port), (_, telemetry_port) = (listener.address for listener in listeners)
         addresses = {"host": host, "port": port, "telemetry_port": telemetry_port, "tls": tls is not None}
         _print_addresses(addresses | ({"url": url} if url else {}), clients.revoked, parts, as_json)
         await ended.wait()
@@ -66,12 +68,17 @@ async def serve(
 def _print_addresses(
     data: dict[str, Any], revoked: RevokedKeys | None, parts: "CarParts | None", as_json: bool
 ) -> None:
-    more = translated("serve-uploads", address=parts.address) if parts and parts.address else ""
+    more = ""
+    if parts and parts.address:
+        more = translated("serve-uploads", address=parts.address)
     if "url" in data:
         more += translated("serve-page", url=data["url"])
     sentence = translated("serve-begins", **data, more=more)
     if revoked:
-        data["revoked_problem"] = str(revoked.problem) if revoked.problem else None
+        if revoked.problem:
+            data["revoked_problem"] = str(revoked.problem)
+        else:
+            data["revoked_problem"] = None
     if parts:
         data |= {"uploads": parts.address, "store": str(parts.store)}
     print_result(data, sentence, as_json)
@@ -106,9 +113,13 @@ def _logging(telemetry: "Callable[[], Telemetry]", notes: deque[Note]) -> Iterat
 
 def _line(telemetry: "Telemetry") -> str:
     state = Phrase(f"car-state-{telemetry.state}")
-    key = "serve-driver" if telemetry.driver else "serve-no-driver"
+    key = "serve-no-driver"
+    if telemetry.driver:
+        key = "serve-driver"
     line = translated(key, state=state, driver=telemetry.driver)
-    return translated("serve-fault", line=line, fault=telemetry.last_fault) if telemetry.last_fault else line
+    if telemetry.last_fault:
+        return translated("serve-fault", line=line, fault=telemetry.last_fault)
+    return line
 
 
 def _visible(telemetry: "Telemetry") -> tuple[object, ...]:

@@ -39,7 +39,9 @@ def _ports(as_json: options.Json = False) -> None:
     from motorcade.upload.serial_port import BARE, ports
 
     found, names = ports(), ("device", "description", "hardware", "board")
-    lines = [translated("no-car-plugged-in")] if all(port.rank == BARE for port in found) else []
+    lines = []
+    if all(port.rank == BARE for port in found):
+        lines = [translated("no-car-plugged-in")]
     lines += [f"{port.device}  {port.title or translated('port-unknown')}" for port in found]
     print_result([{name: getattr(port, name) for name in names} for port in found], "\n".join(lines), as_json)
 
@@ -81,7 +83,9 @@ def _upload(
         return
     with progress_bar("sent", len(image)) as advance:
         answer = upload(port, image, baud, verify=not no_verify, progress=advance, retrying=_print_retry)
-    key = "upload-not-verified" if no_verify else "upload-verified"
+    key = "upload-verified"
+    if no_verify:
+        key = "upload-not-verified"
     done = {"port": port, "bytes": len(image), "verified": not no_verify, "answer": answer}
     print_result(done, translated(key, count=len(image), port=port, answer=answer), as_json)
 
@@ -112,6 +116,7 @@ def _install_firmware(
     insecure_lan: options.InsecureLan = False,
     keys: options.OptionalFile = None,
     revoked: options.OptionalFile = None,
+    check: Annotated[bool, typer.Option("--check")] = False,
     dry_run: options.DryRun = False,
     profile: str = "classroom",
     as_json: options.Json = False,
@@ -119,23 +124,31 @@ def _install_firmware(
     chosen = options.profile_named(profile)
     if (keys or insecure_lan) and not wifi:
         raise MotorcadeError("keys-without-wifi")
-    wireless = _wifi_settings(wifi, insecure_lan, keys, revoked, dry_run) if wifi else {}
+    wanted: dict[str, Any] = {"version": __version__}
+    if wifi:
+        wanted |= _wifi_settings(wifi, insecure_lan, keys, revoked, dry_run)
+    if check:
+        wanted["check"] = True
 
     def settings_for(pin_map: "PinMap") -> dict[str, Any]:
         from motorcade.config.pins import load_voice_map
         from motorcade.firmware.car_files import settings_of
 
-        voice = load_voice_map(voice_map) if voice_map else None
+        voice = None
+        if voice_map:
+            voice = load_voice_map(voice_map)
         settings = settings_of(pin_map, chosen, role == "leader", number, voice)
         if wifi and pin_map.chip.name != "esp32":
             raise MotorcadeError("wifi-needs-esp32", chip=pin_map.chip.title)
-        return settings | {"version": __version__} | wireless
+        return settings | wanted
 
     with needs_extra("firmware", "firmware"):
         from motorcade.cli.console import progress_bar
         from motorcade.firmware.install import car_files, default_pins, install
         from motorcade.upload.serial_port import likely_port, ports
-    wired = options.pins_at(pins) if pins else None
+    wired = None
+    if pins:
+        wired = options.pins_at(pins)
     if dry_run:
         if not wired and not chip:
             raise MotorcadeError("chip-missing")
@@ -150,7 +163,9 @@ def _install_firmware(
     with progress_bar("copied", 100) as advance:
         done = install(port, wired, settings_for, lambda copied, total: advance(copied * 100 // total))
     data = {"port": port, "role": role, **done._asdict()}
-    key = "files-copied" if done.copied else "files-there-already"
+    key = "files-there-already"
+    if done.copied:
+        key = "files-copied"
     sentence = translated(key, **data | {"chip": _TITLES[done.chip], "role": Phrase(f"role-{role}")})
     print_result(data, sentence, as_json)
 
@@ -170,7 +185,9 @@ def _arduino_library(
 
     files = library_files()
     if pins:
-        voice = load_voice_map(voice_map) if voice_map else None
+        voice = None
+        if voice_map:
+            voice = load_voice_map(voice_map)
         wired = options.pins_at(pins)
         files |= sketch_files(wired, options.profile_named(profile), role == "leader", number, voice)
         if wired.chip.name not in WHOLE_CARS and wired.pin("infrared", "sender") is not None:
@@ -180,7 +197,9 @@ def _arduino_library(
     except OSError as problem:
         raise MotorcadeError("file-not-writable", file=output, reason=problem) from None
     data = {"output": str(output), "files": sorted(files), "bytes": sum(map(len, files.values()))}
-    sketch = OWN_SKETCH if pins else "Uno / Mega"
+    sketch = "Uno / Mega"
+    if pins:
+        sketch = OWN_SKETCH
     print_result(data, translated("library-written", output=output, files=len(files), sketch=sketch), as_json)
 
 
@@ -271,12 +290,18 @@ def _wifi_settings(
         from motorcade.drive.keys import REVOKED, chip_keys, read_revoked
 
         beside = keys.with_name(REVOKED)
-        numbers = read_revoked(revoked or beside) if revoked or beside.exists() else frozenset()
+        if revoked or beside.exists():
+            numbers = read_revoked(revoked or beside)
+        else:
+            numbers = frozenset()
         today = datetime.now(UTC)
         date = [today.year, today.month, today.day, today.weekday(), 0, 0, 0, 0]
         settings["keys"] = chip_keys(keys, numbers) | {"date": date} | ({"key": ""} if dry_run else {})
     prompt = translated("wifi-password", name=name)
-    password = "" if dry_run else typer.prompt(prompt, hide_input=True, err=True)
+    if dry_run:
+        password = ""
+    else:
+        password = typer.prompt(prompt, hide_input=True, err=True)
     return settings | {"wifi": {"ssid": name, "password": password}}
 
 

@@ -65,7 +65,9 @@ def _decode(
     decoded = []
     for text in words:
         number = options.whole_number(text, Phrase("a-word"))
-        word = number + (1 << 32) if -(1 << 31) <= number < 0 else number
+        word = number
+        if -(1 << 31) <= number < 0:
+            word = number + (1 << 32)
         decoded.append((word, chosen.decode(word), chosen.warnings(word)))
     if as_json:
         print_json(
@@ -106,7 +108,7 @@ def _compile(
     if as_json:
         names = ("leader_states", "follower_words", "dwell_ms", "tagged")
         found = {name: getattr(compiled, name) for name in names}
-        diagnostics = [each.as_dict(current_language()) for each in compiled.diagnostics]
+        diagnostics = [diagnostic.as_dict(current_language()) for diagnostic in compiled.diagnostics]
         print_json({"words": list(compiled.words), **found, "diagnostics": diagnostics})
     elif profile and not failed:
         print_table(words_table(compiled.words, profile))
@@ -129,7 +131,10 @@ def _decompile(
 
     options.exclude_each_other(python=python, json=as_json)
     program = decompile(words_in(image), options.profile_named(profile))
-    text = python_text(program) if python else program.as_json()
+    if python:
+        text = python_text(program)
+    else:
+        text = program.as_json()
     if output:
         options.write_file(output, text.encode(), image)
     else:
@@ -165,7 +170,7 @@ def _formats(as_json: options.Json = False) -> None:
     from motorcade.words.formats import FORMATS
 
     if as_json:
-        print_json([_format_as_dict(each, fingerprint_text(each)) for each in FORMATS])
+        print_json([_format_as_dict(word_format, fingerprint_text(word_format)) for word_format in FORMATS])
         return
     for word_format in FORMATS:
         print_table(format_table(word_format))
@@ -182,13 +187,16 @@ def _format_as_dict(word_format: "WordFormat", fingerprint: str) -> dict[str, ob
 def exported(target: str) -> dict[str, bytes]:
     """Return the files of a target of `motorcade export`, by name. Raises MotorcadeError: unknown-target."""
     from importlib.resources import files
+    from importlib.resources.abc import Traversable
 
     from motorcade.firmware.arduino_library import library_folder
 
     if target not in TARGETS:
         raise MotorcadeError("unknown-target", target=target[:40], targets=", ".join(TARGETS))
     # The brain is a part of the Arduino library, whose sources must be in one folder.
-    folder = library_folder() / "src" if target == "brain-c" else files("motorcade") / "export"
+    folder: Traversable = files("motorcade") / "export"
+    if target == "brain-c":
+        folder = library_folder() / "src"
     return {name: (folder / name).read_bytes() for name in TARGETS[target]}
 
 

@@ -9,7 +9,7 @@ import operator
 from typing import Any, TypeVar
 
 from motorcade.config.check import Text
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import InputError, MotorcadeError, Phrase
 
 MOST_SEED = (1 << 32) - 1
 _LONGEST_SHOWN = 60
@@ -97,7 +97,7 @@ def instance_of(kind: type[Kind], what: str, value: Any) -> Kind:
 
 def not_allowed(what: str, value: Any, allowed: Text) -> MotorcadeError:
     """The error for an argument that is not allowed."""
-    return MotorcadeError("option-not-allowed", option=what, value=_shown(value), allowed=allowed)
+    return InputError("option-not-allowed", option=what, value=_shown(value), allowed=allowed)
 
 
 def _shown(value: Any) -> Text:

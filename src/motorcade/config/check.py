@@ -14,7 +14,7 @@ from math import inf
 from typing import Any, NamedTuple
 
 from motorcade.config.files import line_of, place_text
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import InputError, MotorcadeError, Phrase
 
 Schema = dict[str, Any]
 KeyPath = tuple[str | int, ...]
@@ -64,9 +64,7 @@ class Fault(NamedTuple):
             # What is missing belongs into the table around it.
             place = self.place[:-1] if self.code == "missing-key" else self.place
             file = Phrase("file-line", file=file, line=line_of(text, place))
-        return MotorcadeError(
-            self.code, file=file, place=place_text(self.place), value=self.value, allowed=self.allowed
-        )
+        return InputError(self.code, file=file, place=place_text(self.place), value=self.value, allowed=self.allowed)
 
 
 def load(document: Any, schema: Schema, file: Text) -> Any:

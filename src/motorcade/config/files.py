@@ -9,12 +9,12 @@ import sys
 import tomllib
 from bisect import bisect_left
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from secrets import token_hex
 from typing import Any, Literal
 
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import InputError, MotorcadeError, Phrase
 
 Kind = Literal["TOML", "JSON"]
 # Deeper than anyone nests tables, lists or blocks by hand, and short of what Python's stack takes.
@@ -44,21 +44,34 @@ _JSON_REASONS = (
 )
 
 
+class DuplicateKeyError(InputError):
+    """A file has one key twice."""
+
+
+class SaveError(MotorcadeError):
+    """The disk doesn't take what is to be saved."""
+
+
 @contextmanager
 def raised_as(
-    code: str, kind: type[Exception] | tuple[type[Exception], ...] = MotorcadeError, /, **details: Any
+    code: str,
+    kind: type[Exception] | tuple[type[Exception], ...] = MotorcadeError,
+    raised: type[MotorcadeError] = MotorcadeError,
+    /,
+    **details: Any,
 ) -> Iterator[None]:
-    """Raise MotorcadeError in place of what the block raises, which becomes its detail ``reason``.
+    """Raise an error in place of what the block raises, which becomes its detail ``reason``.
 
     Args:
         code: the code of the error.
         kind: what it replaces.
+        raised: its class.
         details: its other details.
     """
     try:
         yield
     except kind as problem:
-        raise MotorcadeError(code, **details, reason=problem) from None
+        raise raised(code, **details, reason=problem) from None
 
 
 def decoded(data: bytes) -> str:
@@ -74,7 +87,7 @@ def read_bytes(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
     with path.open("rb") as file:
         data = file.read(most_bytes + 1)
     if len(data) > most_bytes:
-        raise MotorcadeError("file-too-large", file=path, mebibytes=most_bytes >> 20)
+        raise InputError("file-too-large", file=path, mebibytes=most_bytes >> 20)
     return data
 
 
@@ -88,7 +101,7 @@ def read_text(path: Path, file: str | Phrase) -> str:
         reason = problem
     except ValueError:
         reason = Phrase("bad-file-name")
-    raise MotorcadeError("unreadable-file", file=file, reason=reason)
+    raise InputError("unreadable-file", file=file, reason=reason)
 
 
 def parse(data: bytes | str, kind: Kind, file: str | Phrase, deepest: int | None = DEEPEST) -> Any:
@@ -111,7 +124,7 @@ def parse(data: bytes | str, kind: Kind, file: str | Phrase, deepest: int | None
         reason = Phrase("too-deep")
     except _BadSyntaxError as problem:
         reason = problem.reason
-    raise MotorcadeError("file-syntax", file=file, kind=kind, reason=reason)
+    raise InputError("file-syntax", file=file, kind=kind, reason=reason)
 
 
 _PLACE = re.compile(r"at line (\d+), column (\d+)")
@@ -149,7 +162,7 @@ def _from_json(text: str, file: str | Phrase) -> Any:
             double = next(name for name in names if names.count(name) > 1)
             # It may be half a surrogate pair, which the sentence could not hold.
             double.encode()
-            raise MotorcadeError("duplicate-key", file=file, key=double)
+            raise DuplicateKeyError("duplicate-key", file=file, key=double)
         return document
 
     def refuse_constant(name: str) -> None:
@@ -279,37 +292,29 @@ def locked(path: Path, refusal: MotorcadeError) -> Iterator[None]:
     Who deletes the file unlocks nothing: a POSIX system lets them, and the folder stays locked.
     Raises ``refusal`` where another process has locked it, or OSError where it can't be made.
     """
-    with path.open("a+b") as file, _locked_folder(path.parent, refusal):
+    # Of the extras that lock anything.
+    from filelock import FileLock, Timeout
+
+    with ExitStack() as held:
         try:
-            if sys.platform == "win32":
-                import msvcrt
-
-                msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-            else:
-                import fcntl
-
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
+            held.enter_context(FileLock(path, timeout=0))
+        except Timeout:
             raise refusal from None
+        if sys.platform != "win32":
+            _lock_folder(path.parent, refusal, held)
         yield
 
 
-@contextmanager
-def _locked_folder(folder: Path, refusal: MotorcadeError) -> Iterator[None]:
-    if sys.platform == "win32":
-        # There nobody can delete a file that is open.
-        yield
-        return
+def _lock_folder(folder: Path, refusal: MotorcadeError, held: ExitStack) -> None:
+    """Lock a folder until ``held`` is closed. Windows needs no such lock: nobody can delete a file that is open."""
     import fcntl
 
     handle = os.open(folder, os.O_RDONLY)
+    held.callback(os.close, handle)
     try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise refusal from None
+    except OSError:
         # Folders of some networks can't be locked.
-        with suppress(OSError):
-            try:
-                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                raise refusal from None
-        yield
-    finally:
-        os.close(handle)
+        return

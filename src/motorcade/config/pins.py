@@ -37,7 +37,7 @@ from motorcade.config.check import Schema, allowed_as, choice, line, list_of, lo
 from motorcade.config.files import parse, read_text
 from motorcade.devices import DEVICES
 from motorcade.devices.declaration import Part, Role
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import InputError, Phrase
 from motorcade.words.formats import SWITCHES
 
 FORMAT = "motorcade-pins/1"
@@ -312,10 +312,10 @@ def parse_pins(text: str, file: str) -> PinMap:
         if (given := values.get(device.key)) is not None:
             if not given:
                 known = ", ".join(role.key for role in device.roles)
-                raise MotorcadeError("device-without-pins", file=file, device=device.key, known=known)
+                raise InputError("device-without-pins", file=file, device=device.key, known=known)
             wires += [Wire(device, role, given[role.key]) for role in device.roles if role.key in given]
     if not wires:
-        raise MotorcadeError("no-device", file=file, known=", ".join(device.key for device in PARTS))
+        raise InputError("no-device", file=file, known=", ".join(device.key for device in PARTS))
     _check_pins(wires, chip, file)
     return PinMap(values["name"], chip, tuple(wires), **_duties(values.get("duties", {}), file))
 
@@ -326,16 +326,16 @@ def _check_pins(wires: list[Wire], chip: Chip, file: str) -> None:
         name, pin = f"{wire.device.key}.{wire.role.key}", wire.pin
         place = {"file": file, "wire": name, "value": shown(pin), "chip": chip.title}
         if pin in chip.taken:
-            raise MotorcadeError("pin-taken", **place, use=chip.taken[pin])
+            raise InputError("pin-taken", **place, use=chip.taken[pin])
         if pin not in chip.header:
-            raise MotorcadeError("no-such-pin", **place, pins=_ranges(chip))
+            raise InputError("no-such-pin", **place, pins=_ranges(chip))
         if pin not in chip.only.get(name, (pin,)):
             able = ", ".join(map(chip.label, chip.only[name]))
-            raise MotorcadeError("pin-cannot", **place, pins=able)
+            raise InputError("pin-cannot", **place, pins=able)
         if wire.role.drives and pin in chip.input_only:
-            raise MotorcadeError("pin-only-reads", **place)
+            raise InputError("pin-only-reads", **place)
         if pin in wire_at:
-            raise MotorcadeError("same-pin", file=file, wire=wire_at[pin], other=name, pin=chip.label(pin))
+            raise InputError("same-pin", file=file, wire=wire_at[pin], other=name, pin=chip.label(pin))
         wire_at[pin] = name
 
 
@@ -353,7 +353,7 @@ def _ranges(chip: Chip) -> str:
 def _duties(duties: dict[str, list[int]], file: str) -> dict[str, Any]:
     for key, values in duties.items():
         if values[0] != 0 or values != sorted(set(values)):
-            raise MotorcadeError("duties-not-rising", file=file, key=f"duties.{key}", value=values, most=DUTY_MAX)
+            raise InputError("duties-not-rising", file=file, key=f"duties.{key}", value=values, most=DUTY_MAX)
     return {f"{key}_duties": tuple(values) for key, values in duties.items()}
 
 
@@ -392,7 +392,7 @@ def parse_voice_map(text: str, file: str) -> VoiceMap:
     for (inner, _), (outer, _) in permutations(patterns, 2):
         if inner in outer:
             first, second = (each.hex(" ").upper() for each in (inner, outer))
-            raise MotorcadeError("pattern-in-another", file=file, inner=first, outer=second)
+            raise InputError("pattern-in-another", file=file, inner=first, outer=second)
     return VoiceMap(values["baud"], patterns)
 
 
@@ -402,8 +402,8 @@ def _pattern(word: dict[str, Any], place: str, file: str) -> bytes:
         pattern = word[key].encode() if key == "text" else bytes.fromhex(word[key])
     except ValueError:
         details = {"file": file, "place": f"{place}.{key}", "value": shown(word[key])}
-        raise MotorcadeError("not-allowed", **details, allowed=Phrase("hexadecimal")) from None
+        raise InputError("not-allowed", **details, allowed=Phrase("hexadecimal")) from None
     if not 1 <= len(pattern) <= _LONGEST_PATTERN:
         length = {"count": len(pattern), "most": _LONGEST_PATTERN}
-        raise MotorcadeError("pattern-length", file=file, place=f"{place}.{key}", **length)
+        raise InputError("pattern-length", file=file, place=f"{place}.{key}", **length)
     return pattern

@@ -13,7 +13,7 @@ from typing import Any
 from motorcade.car.board import make_levels
 from motorcade.config.check import Schema, flag, list_of, load, table, whole
 from motorcade.config.files import parse, read_text
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import InputError, Phrase
 from motorcade.words.infrared import NEWER_SLOTS, air_us
 
 _MOST = (1 << 20) - 1
@@ -156,7 +156,7 @@ def _schema_of(field: Any) -> Schema:
 def built_in_profile(name: str) -> Profile:
     """Return the built-in profile called ``name``. Raises MotorcadeError no-such-profile, which lists all."""
     if name not in built_in_profiles():
-        raise MotorcadeError("no-such-profile", name=name[:40], known=", ".join(built_in_profiles()))
+        raise InputError("no-such-profile", name=name[:40], known=", ".join(built_in_profiles()))
     file = resources.files("motorcade") / "profiles" / f"{name}.toml"
     return parse_profile(file.read_text(encoding="utf-8"), name)
 
@@ -189,7 +189,7 @@ def profile_from_dict(document: Any, name: str) -> Profile:
     for key in _LISTS:
         levels = tuple(values[key])
         if list(levels) != sorted(set(levels)):
-            raise MotorcadeError("levels-not-rising", file=file, key=key, value=values[key])
+            raise InputError("levels-not-rising", file=file, key=key, value=values[key])
         values[key] = levels
     profile = Profile(name=name, **{**values, **{key: kind(**values[key]) for key, kind in _TABLES.items()}})
     _check_times(profile, file)
@@ -201,19 +201,19 @@ def _check_times(profile: Profile, file: Phrase) -> None:
     longest_ms = air_us(0xFFFFFFFF, infrared.unit_us) / 1000 + infrared.gap_ms
     if infrared.relay_period_ms <= longest_ms:
         times = {"period_ms": infrared.relay_period_ms, "longest_ms": f"{longest_ms:g}"}
-        raise MotorcadeError("relay-period-too-short", file=file, **times)
+        raise InputError("relay-period-too-short", file=file, **times)
     if not 1 < infrared.first_interval_ms <= infrared.last_interval_ms:
         times = {key: getattr(infrared, key) for key in ("first_interval_ms", "last_interval_ms")}
-        raise MotorcadeError("intervals-not-rising", file=file, **times)
+        raise InputError("intervals-not-rising", file=file, **times)
     if infrared.forget_ms > NEWER_SLOTS * profile.dwell_ms[0]:
         times = {"forget_ms": infrared.forget_ms, "slots": NEWER_SLOTS, "most_ms": NEWER_SLOTS * profile.dwell_ms[0]}
-        raise MotorcadeError("forgets-too-late", file=file, **times)
+        raise InputError("forgets-too-late", file=file, **times)
     if not drive.watchdog_ms < drive.failsafe_ms < drive.hand_over_ms:
         times = {key: getattr(drive, key) for key in ("watchdog_ms", "failsafe_ms", "hand_over_ms")}
-        raise MotorcadeError("drive-times-not-rising", file=file, **times)
+        raise InputError("drive-times-not-rising", file=file, **times)
     if drive.battery_low_mv and not drive.battery_low_mv < drive.battery_charged_mv:
         levels = {key: getattr(drive, key) for key in ("battery_low_mv", "battery_charged_mv")}
-        raise MotorcadeError("battery-levels-not-rising", file=file, **levels)
+        raise InputError("battery-levels-not-rising", file=file, **levels)
 
 
 def levels_of(profile: Profile) -> tuple[int, ...]:

@@ -1,4 +1,4 @@
-"""What a device declares; portable, and without imports, since all other packages may read it.
+"""What a device declares; it imports nothing of Motorcade, since all other packages may read it.
 
 A device is data: `motorcade.devices` lists those that there are. These follow from it: fields of words and frames
 (`words.formats`), steps with their blocks, Python names and tables of the documentation (`program.steps`), the
@@ -7,11 +7,14 @@ of pin files, what the Arduino library reads, things on a mat (`mats.schema` and
 recordings and pictures (`engine.moment`). CONTRIBUTING.md says how a device is added.
 """
 
+from dataclasses import dataclass
 
+
+@dataclass(eq=False)
 class Bits:
     """Consecutive bits of a control word.
 
-    Args:
+    Attributes:
         name: the field's name.
         high, low: its first and last bit, 31 to 11; bit 31 is the most significant.
         meaning: one phrase for tables and documentation.
@@ -19,19 +22,19 @@ class Bits:
         needs: name of the one-bit field without which this one should be 0.
     """
 
-    def __init__(self, name: str, high: int, low: int, meaning: str, source: str, needs: str = "") -> None:
-        self.name = name
-        self.high = high
-        self.low = low
-        self.meaning = meaning
-        self.source = source
-        self.needs = needs
+    name: str
+    high: int
+    low: int
+    meaning: str
+    source: str
+    needs: str = ""
 
 
+@dataclass(eq=False)
 class Input:
     """What is chosen in a step, and its block: one of ``options``, a level from a menu, or seconds.
 
-    Args:
+    Attributes:
         name: the step's field.
         bits: the field of the control word that the value goes into.
         options: for a choice, the names of raw values that follow each other.
@@ -40,21 +43,12 @@ class Input:
         least: the smallest level that may be chosen; for a choice, the raw value of its first option.
     """
 
-    def __init__(
-        self,
-        name: str,
-        bits: str,
-        options: "tuple[str, ...]" = (),
-        menu: str = "",
-        first: int = 0,
-        least: int = 0,
-    ) -> None:
-        self.name = name
-        self.bits = bits
-        self.options = options
-        self.menu = menu
-        self.first = first
-        self.least = least
+    name: str
+    bits: str
+    options: tuple[str, ...] = ()
+    menu: str = ""
+    first: int = 0
+    least: int = 0
 
 
 def seconds(bits: str = "") -> Input:
@@ -62,44 +56,43 @@ def seconds(bits: str = "") -> Input:
     return Input("seconds", bits)
 
 
+@dataclass(eq=False)
 class Call:
     """A function of Python that makes a step.
 
-    Args:
+    Attributes:
         name: its name.
         about: its docstring.
         sets: the inputs that the name decides, as (name, value) pairs.
         order: the other inputs in the order of its parameters; one with a ``first`` other than 0 has that default.
     """
 
-    def __init__(
-        self, name: str, about: str, sets: "tuple[tuple[str, str], ...]" = (), order: "tuple[str, ...]" = ()
-    ) -> None:
-        self.name = name
-        self.about = about
-        self.sets = sets
-        self.order = order
+    name: str
+    about: str
+    sets: tuple[tuple[str, str], ...] = ()
+    order: tuple[str, ...] = ()
 
 
+@dataclass(eq=False)
 class Block:
     """The block of a kind of step.
 
-    Args:
+    Attributes:
         drawer: the drawer of the page's toolbox that has it.
         icon: the path, in a square of 24, of its icon.
         in_start: whether the page's first level, with few kinds of blocks, has it.
     """
 
-    def __init__(self, drawer: str, icon: str, in_start: bool = False) -> None:
-        self.drawer = drawer
-        self.icon = icon
-        self.in_start = in_start
+    drawer: str
+    icon: str
+    in_start: bool = False
 
 
+@dataclass(eq=False)
 class StepKind:
     """A kind of step.
 
-    Args:
+    Attributes:
         kind: its name in JSON, in a block's type, and in the keys of its texts (blocks, startBlocks, tooltips, ...).
         about: the docstring of its class.
         block: its block.
@@ -111,31 +104,21 @@ class StepKind:
             at a time.
     """
 
-    def __init__(
-        self,
-        kind: str,
-        about: str,
-        block: Block,
-        inputs: "tuple[Input, ...]",
-        sets: "tuple[tuple[str, int], ...]" = (),
-        calls: "tuple[Call, ...]" = (),
-        accompanies: bool = False,
-        group: str = "",
-    ) -> None:
-        self.kind = kind
-        self.about = about
-        self.block = block
-        self.inputs = inputs
-        self.sets = sets
-        self.calls = calls
-        self.accompanies = accompanies
-        self.group = group
+    kind: str
+    about: str
+    block: Block
+    inputs: tuple[Input, ...]
+    sets: tuple[tuple[str, int], ...] = ()
+    calls: tuple[Call, ...] = ()
+    accompanies: bool = False
+    group: str = ""
 
 
+@dataclass(eq=False)
 class Column:
     """What all cars show of something at a moment: a column of recordings and pictures (`motorcade.engine.moment`).
 
-    Args:
+    Attributes:
         name: the field of `motorcade.engine.moment.Moment`.
         dtype: NumPy's name of its type in a world.
         packed: its type in recordings and, where ``is_pictured``, in pictures; "bool" is a flag there.
@@ -145,29 +128,23 @@ class Column:
         recorded: its name in recordings, where that is another one.
     """
 
-    def __init__(
-        self,
-        name: str,
-        dtype: str,
-        packed: str,
-        is_pictured: bool = True,
-        unit: str = "",
-        limits: "tuple[float, float] | None" = None,
-        recorded: str = "",
-    ) -> None:
-        self.name = name
-        self.dtype = dtype
-        self.packed = packed
-        self.is_pictured = is_pictured
-        self.unit = unit
-        self.limits = limits
-        self.recorded = recorded or name
+    name: str
+    dtype: str
+    packed: str
+    is_pictured: bool = True
+    unit: str = ""
+    limits: tuple[float, float] | None = None
+    recorded: str = ""
+
+    def __post_init__(self) -> None:
+        self.recorded = self.recorded or self.name
 
 
+@dataclass(eq=False)
 class Method:
     """A method of a board.
 
-    Args:
+    Attributes:
         name: its name.
         about: its docstring, which says what it returns and in which unit.
         arguments: (name, smallest, largest) of each argument, all integers.
@@ -176,27 +153,19 @@ class Method:
         shown: the column of recordings and pictures that shows what it sets or returns.
     """
 
-    def __init__(
-        self,
-        name: str,
-        about: str,
-        arguments: "tuple[tuple[str, int, int], ...]" = (),
-        returns: str = "None",
-        missing: str = "",
-        shown: "Column | None" = None,
-    ) -> None:
-        self.name = name
-        self.about = about
-        self.arguments = arguments
-        self.returns = returns
-        self.missing = missing
-        self.shown = shown
+    name: str
+    about: str
+    arguments: tuple[tuple[str, int, int], ...] = ()
+    returns: str = "None"
+    missing: str = ""
+    shown: Column | None = None
 
 
+@dataclass(eq=False)
 class Sense:
     """What a car senses in each tick by a method of its board: a field of `motorcade.car.senses.Senses`.
 
-    Args:
+    Attributes:
         name: the field.
         method: the method of the board.
         about: what the value is, with its unit.
@@ -204,18 +173,18 @@ class Sense:
         only_if: the argument of the reading without which the sensor stays off and senses nothing, such as looks_mm.
     """
 
-    def __init__(self, name: str, method: str, about: str, nothing: int = 0, only_if: str = "") -> None:
-        self.name = name
-        self.method = method
-        self.about = about
-        self.nothing = nothing
-        self.only_if = only_if
+    name: str
+    method: str
+    about: str
+    nothing: int = 0
+    only_if: str = ""
 
 
+@dataclass(eq=False)
 class Role:
     """One wire of a part, to a pin of the car's computer.
 
-    Args:
+    Attributes:
         key: its name in a pin file.
         drives: whether the computer drives it; otherwise the computer reads it.
         terminal: what is usually printed on the part.
@@ -223,18 +192,18 @@ class Role:
         terminal_5_v: the same where the computer's pins take 5 V and that makes a difference.
     """
 
-    def __init__(self, key: str, drives: bool, terminal: str, needed: bool = True, terminal_5_v: str = "") -> None:
-        self.key = key
-        self.drives = drives
-        self.terminal = terminal
-        self.needed = needed
-        self.terminal_5_v = terminal_5_v
+    key: str
+    drives: bool
+    terminal: str
+    needed: bool = True
+    terminal_5_v: str = ""
 
 
+@dataclass(eq=False)
 class Part:
     """What is wired to a car's computer.
 
-    Args:
+    Attributes:
         key: its table in a pin file; ``device-`` and the key is the phrase that people call it by.
         supply: what it needs besides the wires of its roles.
         roles: its wires.
@@ -243,20 +212,18 @@ class Part:
             for such a part.
     """
 
-    def __init__(
-        self, key: str, supply: str, roles: "tuple[Role, ...]", supply_5_v: str = "", read_by: str = ""
-    ) -> None:
-        self.key = key
-        self.supply = supply
-        self.roles = roles
-        self.supply_5_v = supply_5_v
-        self.read_by = read_by
+    key: str
+    supply: str
+    roles: tuple[Role, ...]
+    supply_5_v: str = ""
+    read_by: str = ""
 
 
+@dataclass(eq=False)
 class Thing:
     """A kind of things on a mat, which cars meet with a device: a table of a mat's file, and of the page's editor.
 
-    Args:
+    Attributes:
         key: its table.
         field: the attribute of `motorcade.mats.Mat` that holds all of them.
         shape: how one is given: ends, round, corners, line, walk or speech (`motorcade.mats.schema.SHAPES`).
@@ -264,22 +231,22 @@ class Thing:
         is_flat: whether it is a mark on the floor, in nobody's way.
     """
 
-    def __init__(self, key: str, field: str, shape: str, phrase: str, is_flat: bool = False) -> None:
-        self.key = key
-        self.field = field
-        self.shape = shape
-        self.phrase = phrase
-        self.is_flat = is_flat
+    key: str
+    field: str
+    shape: str
+    phrase: str
+    is_flat: bool = False
 
 
+@dataclass(eq=False)
 class Device:
     """Something that a car has, with all that other packages need to know of it.
 
-    Args:
+    Attributes:
         name: its name.
         bits: its fields of a control word.
-        group: the name of its part of a word, for what can't start together, and the hue in degrees of this part's
-            colour in the page.
+        group: the name of its part of a word, for what can't start together.
+        hue: of this part's colour in the page, in degrees.
         steps: the kinds of steps that fill its fields.
         methods: its methods of a board.
         senses: what a car senses by it.
@@ -287,22 +254,12 @@ class Device:
         things: what a mat has for it.
     """
 
-    def __init__(
-        self,
-        name: str,
-        bits: "tuple[Bits, ...]" = (),
-        group: "tuple[str, int]" = ("", 0),
-        steps: "tuple[StepKind, ...]" = (),
-        methods: "tuple[Method, ...]" = (),
-        senses: "tuple[Sense, ...]" = (),
-        parts: "tuple[Part, ...]" = (),
-        things: "tuple[Thing, ...]" = (),
-    ) -> None:
-        self.name = name
-        self.bits = bits
-        self.group, self.hue = group
-        self.steps = steps
-        self.methods = methods
-        self.senses = senses
-        self.parts = parts
-        self.things = things
+    name: str
+    bits: tuple[Bits, ...] = ()
+    group: str = ""
+    hue: int = 0
+    steps: tuple[StepKind, ...] = ()
+    methods: tuple[Method, ...] = ()
+    senses: tuple[Sense, ...] = ()
+    parts: tuple[Part, ...] = ()
+    things: tuple[Thing, ...] = ()

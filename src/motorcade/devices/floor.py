@@ -22,7 +22,8 @@ _SPEED = Input("speed", "motor_speed", menu="speed", first=2, least=1)
 FLOOR = Device(
     "floor",
     bits=(Bits("floor", 11, 11, "the motor obeys dark and light floor", "protocol, section 11"),),
-    group=("floor", 95),
+    group="floor",
+    hue=95,
     steps=(
         StepKind(
             "follow_line",

@@ -8,7 +8,8 @@ INFRARED = Device(
         Bits("accept_ir", 31, 31, "a follower listens to infrared", "seed 000, c1"),
         Bits("forward", 30, 30, "passes words on by infrared", "seed 000, c2"),
     ),
-    group=("infrared", 0),
+    group="infrared",
+    hue=0,
     methods=(
         Method(
             "received_frames",

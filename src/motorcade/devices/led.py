@@ -8,7 +8,8 @@ LED = Device(
         Bits("led_which", 22, 21, "LED 0 to 3", "seed 000, c4"),
         Bits("led_duration", 20, 19, "level 0 (0 s: off) to 3 (longest)", "seed 000, c4"),
     ),
-    group=("led", 41),
+    group="led",
+    hue=41,
     steps=(
         StepKind(
             "led",

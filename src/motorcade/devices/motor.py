@@ -38,7 +38,8 @@ MOTOR = Device(
         Bits("motor_speed", 26, 25, "0 standing still to 3 fastest", "seed 000, c3", "motor_enable"),
         Bits("motor_duration", 24, 23, "level 0 (0 s) to 3 (longest)", "seed 000, c3", "motor_enable"),
     ),
-    group=("motor", 219),
+    group="motor",
+    hue=219,
     steps=(
         StepKind(
             "drive",

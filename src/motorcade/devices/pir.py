@@ -5,7 +5,8 @@ from motorcade.devices.declaration import Bits, Block, Device, Method, Part, Rol
 PIR = Device(
     "pir",
     bits=(Bits("pir", 12, 12, "stands still while a person is sensed", "seed 000, c7"),),
-    group=("pir", 22),
+    group="pir",
+    hue=22,
     steps=(
         StepKind(
             "pir",

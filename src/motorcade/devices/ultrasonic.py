@@ -21,7 +21,8 @@ ULTRASONIC = Device(
         Bits("avoid_radius", 17, 16, "level 0 (nearest) to 3", "seed 000, c5", "avoid_enable"),
         Bits("avoid_duration", 15, 14, "level 0 (0 s) to 3 (longest)", "seed 000, c5", "avoid_enable"),
     ),
-    group=("avoid", 166),
+    group="avoid",
+    hue=166,
     steps=(
         StepKind(
             "avoid",

@@ -5,7 +5,8 @@ from motorcade.devices.declaration import Bits, Block, Device, Method, Part, Rol
 VOICE = Device(
     "voice",
     bits=(Bits("voice", 13, 13, "listens for 'stop' and 'go'", "seed 000, c6"),),
-    group=("voice", 263),
+    group="voice",
+    hue=263,
     steps=(
         StepKind(
             "voice",

@@ -5,7 +5,7 @@ import os
 import stat
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager, nullcontext, suppress
+from contextlib import closing, contextmanager, suppress
 from datetime import UTC, datetime
 from io import FileIO
 from pathlib import Path
@@ -129,7 +129,10 @@ class ActivityLog:
         self._file = None
         file.close()
         for number in range(OLD_FILES, 0, -1):
-            older = Path(f"{self._path}.{number - 1}") if number > 1 else Path(self._path)
+            if number > 1:
+                older = Path(f"{self._path}.{number - 1}")
+            else:
+                older = Path(self._path)
             with suppress(FileNotFoundError):
                 older.replace(f"{self._path}.{number}")
         self._file = FileIO(self._path, "ab")
@@ -163,7 +166,13 @@ class _Repeats:
 
 
 @contextmanager
-def logging_to(file: Path | None, report: Callable[[MotorcadeError], None]) -> Iterator[ActivityLog | None]:
-    """Open a log while the block runs; None where there is no file. Raises MotorcadeError."""
-    with closing(ActivityLog(file, report)) if file else nullcontext() as log:
-        yield log
+def logging_to(file: Path | None, report: Callable[[MotorcadeError], None]) -> Iterator[Callable[..., None] | None]:
+    """Open a log while the block runs; gives `ActivityLog.record`, or None where there is no file.
+
+    Raises MotorcadeError.
+    """
+    if file is None:
+        yield None
+    else:
+        with closing(ActivityLog(file, report)) as log:
+            yield log.record

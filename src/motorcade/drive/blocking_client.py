@@ -27,7 +27,7 @@ class BlockingDriveClient:
         self._thread = threading.Thread(target=self._run, name="drive client", daemon=True)
 
     def __enter__(self) -> Self:
-        """Connect. Raises CarError where that fails."""
+        """Connect. Raises DriveError where that fails."""
         self._thread.start()
         try:
             self._wait(self._client.__aenter__())

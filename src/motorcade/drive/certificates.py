@@ -124,13 +124,18 @@ def make_keys(folder: Path, cars: Sequence[CarKeys], drivers: Sequence[str], now
 def list_keys(folder: Path) -> list[IssuedKeys]:
     """Return all keys of the authority in ``folder``, the oldest first. Raises MotorcadeError where there is none."""
     _read_authority(folder / AUTHORITY)
-    revoked = read_revoked(folder / REVOKED) if (folder / REVOKED).exists() else frozenset()
+    if (folder / REVOKED).exists():
+        revoked = read_revoked(folder / REVOKED)
+    else:
+        revoked = frozenset()
     keys = []
-    for each in _issued(folder):
-        purposes = each.extensions.get_extension_for_class(x509.ExtendedKeyUsage).value
-        role = DRIVER if ExtendedKeyUsageOID.CLIENT_AUTH in purposes else CAR
-        (name,) = each.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
-        number, until = each.serial_number, each.not_valid_after_utc
+    for certificate in _issued(folder):
+        purposes = certificate.extensions.get_extension_for_class(x509.ExtendedKeyUsage).value
+        role = CAR
+        if ExtendedKeyUsageOID.CLIENT_AUTH in purposes:
+            role = DRIVER
+        (name,) = certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
+        number, until = certificate.serial_number, certificate.not_valid_after_utc
         keys.append(IssuedKeys(role, str(name.value), number, until, number in revoked))
     return keys
 
@@ -149,10 +154,10 @@ def revoke_drivers(folder: Path, drivers: Sequence[str]) -> Path:
         OSError: a file can't be written.
     """
     keys = list_keys(folder)
-    revoked = {each.number: each.name for each in keys if each.is_revoked}
-    valid = [each for each in keys if each.role == DRIVER and not each.is_revoked]
+    revoked = {made.number: made.name for made in keys if made.is_revoked}
+    valid = [made for made in keys if made.role == DRIVER and not made.is_revoked]
     for driver in drivers:
-        found = {each.number: each.name for each in valid if driver == each.name or number_of(driver) == each.number}
+        found = {made.number: made.name for made in valid if driver == made.name or number_of(driver) == made.number}
         if not found:
             raise MotorcadeError("no-keys-to-revoke", name=driver, folder=folder)
         revoked |= found
@@ -236,11 +241,16 @@ def _certified(
     """A new key and its certificate; without an ``authority`` it is one itself."""
     key = ec.generate_private_key(ec.SECP256R1())
     subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
-    issuer, issuer_key = (authority.certificate.subject, authority.key) if authority else (subject, key)
-    use = "digital_signature" if authority else "key_cert_sign"
+    if authority:
+        issuer, issuer_key = (authority.certificate.subject, authority.key)
+    else:
+        issuer, issuer_key = (subject, key)
+    use = "key_cert_sign"
+    if authority:
+        use = "digital_signature"
     critical = (
         x509.BasicConstraints(ca=not authority, path_length=None if authority else 0),
-        x509.KeyUsage(**{each: each == use for each in _USES}),
+        x509.KeyUsage(**{purpose: purpose == use for purpose in _USES}),
     )
     others = (
         x509.SubjectKeyIdentifier.from_public_key(key.public_key()),
@@ -257,6 +267,6 @@ def _certified(
 def _write_secret(file: Path, first_line: str, own: _Authority, authority: _Authority | None = None) -> None:
     """Key, certificate and the authority's certificate, in a new file that only its owner may read."""
     key = own.key.private_bytes(_PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption())
-    certificates = (each.certificate.public_bytes(_PEM) for each in (own, authority) if each)
+    certificates = (pair.certificate.public_bytes(_PEM) for pair in (own, authority) if pair)
     with os.fdopen(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as opened:
         opened.write(b"".join([f"{first_line}\n".encode(), key, *certificates]))

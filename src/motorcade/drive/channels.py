@@ -18,8 +18,8 @@ from motorcade.drive.wire import (
     MOST_REQUEST_BYTES,
     OUTCOMES,
     WORDS,
-    DriveError,
     DriveRequest,
+    SessionError,
     newest_of_each_code,
     pack_frame,
     read_request,
@@ -117,7 +117,9 @@ class Channel(asyncio.BaseProtocol):
     @property
     def session(self) -> ControlSession:
         """The client's session."""
-        return self.commands.own if self.commands else self.own
+        if self.commands:
+            return self.commands.own
+        return self.own
 
     def has_session(self) -> bool:
         """Whether the client drives or watches."""
@@ -249,7 +251,7 @@ class CommandChannel(Channel, asyncio.BufferedProtocol):
         for index in newest:
             try:
                 outcome = OUTCOMES[self.own.command(words[index], before + index + 1)]
-            except DriveError as problem:
+            except SessionError as problem:
                 self._hang_up(Phrase("client-without-place", reason=problem))
                 return
             if self.own.counts[outcome] == _TOLD_AT.get(outcome):
@@ -298,7 +300,7 @@ class TelemetryChannel(Channel, asyncio.Protocol):
                 self._take(text)
                 if self.line is None:
                     return
-        except DriveError as problem:
+        except SessionError as problem:
             self._tell(who_speaks(bytes(self._received), self.clients.byte_order, problem))
             self._close(problem)
 
@@ -307,7 +309,7 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         self._periods += 1
         try:
             self._settle()
-        except DriveError as problem:
+        except SessionError as problem:
             self._close(problem)
             return
         self._send_telemetry(telemetry)
@@ -317,13 +319,13 @@ class TelemetryChannel(Channel, asyncio.Protocol):
             self._send({"kind": "telemetry"} | telemetry | {"you": self._you()})
 
     def _settle(self) -> None:
-        """Find the client's connection for commands, or take a place of its own in time. Raises DriveError."""
+        """Find the client's connection for commands, or take a place of its own in time. Raises SessionError."""
         if self._has_partner() or self._found(by_port=True) or self._periods < _PERIODS_TO_JOIN:
             return
         if self._found(by_port=False):
             return
         if self._is_joining:
-            self._end_join(_refusal(DriveError("no-such-connection", port=self._port_named)))
+            self._end_join(_refusal(SessionError("no-such-connection", port=self._port_named)))
         self._take_place()
 
     def _has_partner(self) -> bool:
@@ -337,12 +339,12 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         It is the one at the port that the client names, or the only one that has no telemetry channel.
         """
         channels = self.clients.channels
-        found = [each for each in self.clients.commands if each.client == self.client]
+        found = [commands for commands in self.clients.commands if commands.client == self.client]
         if by_port:
-            found = [each for each in found if each.port == self._port_named][:1]
+            found = [commands for commands in found if commands.port == self._port_named][:1]
         else:
-            taken = [each.commands for each in channels]
-            found = [each for each in found if each not in taken]
+            taken = [channel.commands for channel in channels]
+            found = [commands for commands in found if commands not in taken]
         if len(found) != 1:
             self.commands = None
             return False
@@ -364,29 +366,33 @@ class TelemetryChannel(Channel, asyncio.Protocol):
             self._answer(request)
 
     def _take_place(self) -> None:
-        """Take a place for the session by which the client asks, unless it has one. Raises DriveError."""
+        """Take a place for the session by which the client asks, unless it has one. Raises SessionError."""
         if not (self._has_partner() or self._found(by_port=False) or self.own.has_place):
-            watching = [each for each in self.clients.channels if each.own.has_place and each.client == self.client]
+            watching = [
+                channel for channel in self.clients.channels if channel.own.has_place and channel.client == self.client
+            ]
             if len(watching) >= MOST_WATCHERS:
-                raise DriveError("enough-of-you", most=MOST_WATCHERS)
+                raise SessionError("enough-of-you", most=MOST_WATCHERS)
         self.session.take_place()
 
     def _you(self) -> dict[str, Any] | None:
         if self.commands:
             return self.session.you() | {"clock": self.session.clock_to_answer()}
-        return self.own.you() if self.own.has_place else None
+        if self.own.has_place:
+            return self.own.you()
+        return None
 
     def _take(self, text: bytes) -> None:
         """Answer a request, or let it wait for the client's connection for commands."""
         is_in_rate = self._rate.allows(self.control.clock())
         try:
             request = read_request(text)
-        except DriveError as problem:
+        except SessionError as problem:
             self._refuse(None, problem)
             return
         # A stop needs no place and is never over the rate, so that nobody can keep the others from stopping the car.
         if request.do != "stop" and not is_in_rate:
-            self._refuse(request.do, DriveError("too-many-requests", most=_MOST_REQUESTS_PER_S))
+            self._refuse(request.do, SessionError("too-many-requests", most=_MOST_REQUESTS_PER_S))
         elif self._is_joining and request.do not in ("join", "stop"):
             self._held.append(request)
         else:
@@ -395,14 +401,14 @@ class TelemetryChannel(Channel, asyncio.Protocol):
     def _answer(self, request: DriveRequest) -> None:
         try:
             result = self._do(request)
-        except DriveError as problem:
+        except SessionError as problem:
             self._refuse(request.do, problem)
             return
         if result is not None:
             self._send({"kind": "answer", "do": request.do, "ok": True} | result)
 
     def _do(self, request: DriveRequest) -> dict[str, Any] | None:
-        """Do a request. Returns what the answer has beside "ok"; None where it comes later. Raises DriveError."""
+        """Do a request. Returns what the answer has beside "ok"; None where it comes later. Raises SessionError."""
         if request.do == "stop":
             self.session.stop()
             return {}
@@ -421,7 +427,7 @@ class TelemetryChannel(Channel, asyncio.Protocol):
             {"release": session.release, "clear": session.clear, "resume": session.resume_program}[request.do]()
         return {}
 
-    def _refuse(self, what: str | None, problem: DriveError) -> None:
+    def _refuse(self, what: str | None, problem: SessionError) -> None:
         self._send({"kind": "answer", "do": what} | _refusal(problem))
 
     def _send(self, frame: dict[str, Any]) -> None:
@@ -431,7 +437,7 @@ class TelemetryChannel(Channel, asyncio.Protocol):
         if self.line.get_write_buffer_size() > _MOST_WAITING_BYTES:
             self.drop()
 
-    def _close(self, problem: DriveError) -> None:
+    def _close(self, problem: SessionError) -> None:
         """Say why, and hang up when that has left."""
         self._refuse(None, problem)
         self.control.turned_away += 1
@@ -439,6 +445,6 @@ class TelemetryChannel(Channel, asyncio.Protocol):
             self.line.close()
 
 
-def _refusal(problem: DriveError) -> dict[str, Any]:
+def _refusal(problem: SessionError) -> dict[str, Any]:
     sentences = {language: problem.sentence(language) for language in languages()}
     return {"ok": False, "code": problem.code} | sentences

@@ -8,16 +8,24 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Self
 
-from motorcade.car.arbiter import NEUTRAL
-from motorcade.drive.connection import Address, CarError, CarRefusesError, Connection, connected, to_error
+from motorcade.drive.connection import (
+    Address,
+    AwayError,
+    CarRefusesError,
+    Connection,
+    LastingDriveError,
+    connected,
+    to_error,
+)
 from motorcade.drive.deadman import FRESH_MS, PERIOD_MS, DeadmanSwitch
 from motorcade.drive.keys import client_context
 from motorcade.drive.stamps import stamp_at
-from motorcade.drive.wire import DriveError, Telemetry, read_telemetry, stick_word
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.drive.wire import SessionError, Telemetry, read_telemetry, stick_word
+from motorcade.errors import DriveError, MotorcadeError, Phrase
 from motorcade.sockets import DRIVE_PORT, port_behind
 from motorcade.timing import to_ticks
 from motorcade.words.formats import switch_words
+from motorcade.words.positions import DRIVE_NEUTRAL
 
 FRESH_S, PATIENCE_S = FRESH_MS / 1000, 5.0
 _PERIOD_S = PERIOD_MS / 1000
@@ -26,8 +34,6 @@ _SHORTEST_PERIOD_S = 0.0125
 # The car sends telemetry ten times a second. While it doesn't, a command would only wait and arrive too late.
 _SILENT_S, _LOST_S = 0.5, 2.0
 _FIRST_PAUSE_S, _LONGEST_PAUSE_S = 0.1, 2.0
-# Errors that don't go away by trying again.
-_FINAL = ("no-such-host", "not-trusted")
 # A connection that ends sooner counts as none: the car accepted nobody.
 _PROVEN_S = 1.0
 
@@ -50,7 +56,7 @@ class DriveClient:
         rearm: after it stopped by itself a car drives again only after a command with speed 0. A client sends that by
             itself; without ``rearm`` it waits until the caller commands throttle 0 or nothing, as one who releases a
             stick does.
-        patience_s: after how long without the car a method raises CarError. The client connects again and again
+        patience_s: after how long without the car a method raises DriveError. The client connects again and again
             meanwhile, and after that too.
 
     Attributes:
@@ -76,19 +82,25 @@ class DriveClient:
     ) -> None:
         if not _PERIOD_S <= fresh_s <= 1:
             raise ValueError(f"fresh_s is {fresh_s!r}; allowed: {_PERIOD_S} to 1")
-        tls = client_context(Path(keys)) if isinstance(keys, Path | str) else keys
-        telemetry_at = port_behind(port) if telemetry_port is None else telemetry_port or None
-        if tls and telemetry_at is None:
+        if isinstance(keys, Path | str):
+            keys = client_context(Path(keys))
+        if telemetry_port is None:
+            telemetry_port = port_behind(port)
+        telemetry_at = telemetry_port or None
+        if keys and telemetry_at is None:
             raise MotorcadeError("keys-need-telemetry")
-        self._address = Address(host, port, telemetry_at, tls, (car or host) if tls else None)
-        self._patience_s = PATIENCE_S if patience_s is None else patience_s
+        self._address = Address(host, port, telemetry_at, keys, (car or host) if keys else None)
+        if patience_s is None:
+            self._patience_s = PATIENCE_S
+        else:
+            self._patience_s = patience_s
         self._switch = DeadmanSwitch(round(fresh_s * 1000), rearm)
         self.telemetry: Telemetry | None = None
         self.you: dict[str, Any] = {}
         self._connection: Connection | None = None
         self._changed = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
-        self._problem: CarError | None = None
+        self._problem: DriveError | None = None
         self._was_reached = False
         # Whether the car has sent telemetry since the connection began.
         self._has_telemetry = False
@@ -98,7 +110,7 @@ class DriveClient:
         self._away_since_s = self._begun_s = self._received_s = self._sent_s = 0.0
 
     async def __aenter__(self) -> Self:
-        """Connect. Raises CarError where that fails."""
+        """Connect. Raises DriveError where that fails."""
         self.begin()
         try:
             await self._until(lambda: self.connected)
@@ -125,9 +137,11 @@ class DriveClient:
             await asyncio.gather(self._task, return_exceptions=True)
 
     @property
-    def problem(self) -> CarError | None:
+    def problem(self) -> DriveError | None:
         """Why the car can't be reached now; None while it sends telemetry, and until the first try has failed."""
-        return None if self.telemetry or self._problem is None else self._away()
+        if self.telemetry or self._problem is None:
+            return None
+        return self._away()
 
     @property
     def silent_ms(self) -> int:
@@ -156,7 +170,7 @@ class DriveClient:
         Raises:
             ValueError: one of the axes is out of range.
             MotorcadeError: no car has such a switch.
-            CarError: the car could not be reached for longer than ``patience_s``.
+            DriveError: the car could not be reached for longer than ``patience_s``.
         """
         self.steer(throttle, steering, **switches)
         if lost := self._lost():
@@ -190,7 +204,7 @@ class DriveClient:
             self._send()
 
     async def next_telemetry(self) -> Telemetry:
-        """The telemetry that comes next. Raises CarError where none comes for ``patience_s``."""
+        """The telemetry that comes next. Raises DriveError where none comes for ``patience_s``."""
         last = self.telemetry
         # By identity: a car at rest may send equal telemetry again.
         await self._until(lambda: self.telemetry is not None and self.telemetry is not last)
@@ -200,7 +214,7 @@ class DriveClient:
         """Ask for the wheel: True where this client has it now; else it comes when the driver stops or leaves.
 
         Raises:
-            CarError: the car can't be reached or refuses; the following methods raise it too.
+            DriveError: the car can't be reached or refuses; the following methods raise it too.
         """
         return bool((await self._ask("request")).get("has_wheel"))
 
@@ -234,7 +248,7 @@ class DriveClient:
                     self._switch.lose()
                     self._changed.set()
                     await self._use(connection)
-            except (OSError, EOFError, ValueError, DriveError, CarError) as problem:
+            except (OSError, EOFError, ValueError, SessionError, DriveError) as problem:
                 self._problem = to_error(self._address, problem, self._has_telemetry)
             was_proven = self._is_proven
             self._was_reached |= was_proven or self._has_telemetry
@@ -259,7 +273,7 @@ class DriveClient:
                 tasks.append(asyncio.ensure_future(connection.ask(do="release")))
                 await asyncio.wait(tasks[2:], return_when=asyncio.FIRST_COMPLETED)
             reasons = [task.exception() for task in tasks if task.done()]
-            raise next((each for each in reasons if isinstance(each, CarRefusesError)), reasons[0]) or EOFError
+            raise next((reason for reason in reasons if isinstance(reason, CarRefusesError)), reasons[0]) or EOFError
         finally:
             for task in tasks:
                 task.cancel()
@@ -306,10 +320,12 @@ class DriveClient:
         if axes is not None:
             self._sent_s = _now_s()
             if not self._may_move:
-                self._connection.send(self._stamped(NEUTRAL))
+                self._connection.send(self._stamped(DRIVE_NEUTRAL))
                 return
             self._connection.send(self._stamped(stick_word(*axes)))
-            present = self.telemetry.switches if self.telemetry else {}
+            present = {}
+            if self.telemetry:
+                present = self.telemetry.switches
             for word in switch_words(self._switch.switches(_ticks()), present or {}):
                 self._connection.send(self._stamped(word))
 
@@ -321,7 +337,9 @@ class DriveClient:
 
     def _stamped(self, word: int) -> int:
         """A word with its stamp, which only a car with telemetry can ask to be answered for after a silence."""
-        return word if self._address.telemetry_port is None else word | _stamp()
+        if self._address.telemetry_port is None:
+            return word
+        return word | _stamp()
 
     @property
     def _is_proven(self) -> bool:
@@ -331,7 +349,9 @@ class DriveClient:
 
     def _silent_s(self) -> float:
         """Time since the last telemetry; 0 where the car sends none."""
-        return 0.0 if self._address.telemetry_port is None else _now_s() - self._received_s
+        if self._address.telemetry_port is None:
+            return 0.0
+        return _now_s() - self._received_s
 
     async def _ask(self, what: str) -> dict[str, Any]:
         if self._connection is None:
@@ -347,25 +367,29 @@ class DriveClient:
                 async with asyncio.timeout(_PERIOD_S):
                     await self._changed.wait()
 
-    def _lost(self) -> CarError | None:
+    def _lost(self) -> DriveError | None:
         """The error, once it lasts longer than the caller's patience, or is final."""
         if self._task and self._task.done():
             # Raises an error of this program that ended the task.
             self._task.result()
         if self._is_proven:
             return None
-        if self._problem and self._problem.code in _FINAL and not self._was_reached:
+        if isinstance(self._problem, LastingDriveError) and not self._was_reached:
             return self._problem
         is_late = self._problem is not None or self._connection is None
-        return self._away() if is_late and _now_s() - self._away_since_s > self._patience_s else None
+        if is_late and _now_s() - self._away_since_s > self._patience_s:
+            return self._away()
+        return None
 
-    def _away(self) -> CarError:
+    def _away(self) -> DriveError:
         if self._problem and (not self._was_reached or isinstance(self._problem, CarRefusesError)):
             return self._problem
         seconds = f"{_now_s() - self._away_since_s:.0f}"
-        details = self._problem.details if self._problem else {}
+        details = {}
+        if self._problem:
+            details = self._problem.details
         detail = details.get("detail") or Phrase("gives-no-answer")
-        return CarError("away", car=str(self._address), seconds=seconds, detail=detail)
+        return AwayError("away", car=str(self._address), seconds=seconds, detail=detail)
 
 
 def _ticks() -> int:

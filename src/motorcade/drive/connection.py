@@ -13,8 +13,8 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from typing import Any, NamedTuple
 
-from motorcade.drive.wire import MOST_FRAME_BYTES, DriveError, pack_frame, pack_word, take_frames, unpack_frame
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.drive.wire import MOST_FRAME_BYTES, SessionError, pack_frame, pack_word, take_frames, unpack_frame
+from motorcade.errors import DriveError, Phrase
 
 _CONNECT_S = _ANSWER_S = 3.0
 # A car that says nothing for so long takes keys.
@@ -29,11 +29,15 @@ _MOST_BESIDE_COMMANDS = 1 << 16
 _JOIN = "join"
 
 
-class CarError(MotorcadeError):
-    """Something fails between a driver and a car."""
+class LastingDriveError(DriveError):
+    """What fails doesn't go away by trying again."""
 
 
-class CarRefusesError(CarError):
+class AwayError(DriveError):
+    """The car can't be reached for a while."""
+
+
+class CarRefusesError(DriveError):
     """The car refuses this driver, or a request."""
 
 
@@ -93,26 +97,28 @@ class Connection:
 
     def send(self, word: int) -> None:
         """Send a DRIVE word, the first one twice: a car believes two words at once, and one after a while."""
-        times = 1 if self._sent else 2
+        times = 2
+        if self._sent:
+            times = 1
         self._sent += times
         self._commands[1].write(pack_word(word) * times)
 
     async def ask(self, **request: Any) -> dict[str, Any]:
-        """Send a request, and wait for its answer. Raises CarError where there is none, or the car refuses."""
+        """Send a request, and wait for its answer. Raises DriveError where there is none, or the car refuses."""
         waiting = self.send_request(**request)
         try:
             async with asyncio.timeout(_ANSWER_S):
                 answer = await waiting
         except TimeoutError:
-            raise CarError("hung-up", car=str(self._address), detail=Phrase("gives-no-answer")) from None
+            raise DriveError("hung-up", car=str(self._address), detail=Phrase("gives-no-answer")) from None
         if not answer.get("ok"):
             raise _refusal(self._address, answer)
         return answer
 
     def send_request(self, **request: Any) -> asyncio.Future[dict[str, Any]]:
-        """Send a request. Returns the answer that will come. Raises CarError where the car takes no requests."""
+        """Send a request. Returns the answer that will come. Raises DriveError where the car takes no requests."""
         if self._telemetry is None:
-            raise CarError("takes-no-requests", car=str(self._address))
+            raise DriveError("takes-no-requests", car=str(self._address))
         answer: asyncio.Future[dict[str, Any]] = asyncio.get_running_loop().create_future()
         if request["do"] != _JOIN:
             self._answers.append(answer)
@@ -126,7 +132,7 @@ class Connection:
     async def telemetry(self) -> AsyncIterator[dict[str, Any]]:
         """The car's telemetry, frame by frame, until the connection ends.
 
-        Raises EOFError, OSError, ValueError, DriveError.
+        Raises EOFError, OSError, ValueError, SessionError.
         """
         if self._telemetry is None:
             return
@@ -192,7 +198,7 @@ async def connected(address: Address, takes_keys: bool = False) -> AsyncIterator
 
 
 async def _open_telemetry(address: Address) -> _Stream:
-    """Connect to the telemetry port, and send nothing. Raises CarError where commands alone are taken, or OSError."""
+    """Connect to the telemetry port, and send nothing. Raises DriveError where commands alone are taken, or OSError."""
     try:
         async with asyncio.timeout(_CONNECT_S):
             return await asyncio.open_connection(address.host, address.telemetry_port)
@@ -215,7 +221,7 @@ async def _greeting(address: Address, telemetry: _Stream, takes_keys: bool) -> b
         with suppress(TimeoutError):
             async with asyncio.timeout(_GREETING_S):
                 if await reader.read(_CHUNK_BYTES):
-                    raise CarError("speaks-no-tls", car=str(address), detail=Phrase("sends-without-tls"))
+                    raise DriveError("speaks-no-tls", car=str(address), detail=Phrase("sends-without-tls"))
                 raise EOFError
     if address.tls:
         await writer.start_tls(address.tls, server_hostname=address.name, ssl_handshake_timeout=_CONNECT_S)
@@ -223,45 +229,47 @@ async def _greeting(address: Address, telemetry: _Stream, takes_keys: bool) -> b
         async with asyncio.timeout(_SILENT_S):
             greeting = await reader.read(_CHUNK_BYTES)
     except TimeoutError:
-        raise CarError("says-nothing", car=str(address), port=address.telemetry_port) from None
+        raise DriveError("says-nothing", car=str(address), port=address.telemetry_port) from None
     if not greeting:
         raise EOFError
     return greeting
 
 
-def _no_telemetry(address: Address, problem: OSError) -> CarError:
-    detail = Phrase("takes-too-long") if isinstance(problem, TimeoutError) else problem
-    return CarError("no-telemetry", car=str(address), port=address.telemetry_port, detail=detail)
+def _no_telemetry(address: Address, problem: OSError) -> DriveError:
+    detail: OSError | Phrase = problem
+    if isinstance(problem, TimeoutError):
+        detail = Phrase("takes-too-long")
+    return DriveError("no-telemetry", car=str(address), port=address.telemetry_port, detail=detail)
 
 
-def to_error(address: Address, problem: Exception, has_telemetry: bool) -> CarError:
+def to_error(address: Address, problem: Exception, has_telemetry: bool) -> DriveError:
     """The error for what ended a connection; ``has_telemetry``: the car has sent some in it."""
-    if isinstance(problem, CarError):
+    if isinstance(problem, DriveError):
         return problem
     car = str(address)
     detail: object = str(problem) or type(problem).__name__
     if isinstance(problem, ssl.SSLCertVerificationError):
-        return CarError("not-trusted", car=car, detail=problem.verify_message)
+        return LastingDriveError("not-trusted", car=car, detail=problem.verify_message)
     if isinstance(problem, ssl.SSLError):
         reason = (problem.reason or str(detail)).lower().replace("_", " ")
         if "alert" in reason:
             return CarRefusesError("keys-refused", car=car, detail=reason)
-        return CarError("speaks-no-tls", car=car, detail=reason)
+        return DriveError("speaks-no-tls", car=car, detail=reason)
     if isinstance(problem, socket.gaierror | UnicodeError):
-        return CarError("no-such-host", car=address.host)
-    if isinstance(problem, EOFError | ConnectionResetError | BrokenPipeError | ValueError | DriveError):
+        return LastingDriveError("no-such-host", car=address.host)
+    if isinstance(problem, EOFError | ConnectionResetError | BrokenPipeError | ValueError | SessionError):
         if address.tls and not has_telemetry:
             # By TLS 1.3 a car checks a driver's keys when the connection is made already, and hangs up.
             return CarRefusesError("keys-refused", car=car, detail=Phrase("hangs-up"))
-        return CarError("hung-up", car=car, detail=Phrase("connection-ended"))
+        return DriveError("hung-up", car=car, detail=Phrase("connection-ended"))
     if isinstance(problem, TimeoutError):
         detail = Phrase("takes-too-long")
         if address.tls:
-            return CarError("speaks-no-tls", car=car, detail=detail)
+            return DriveError("speaks-no-tls", car=car, detail=detail)
     elif isinstance(problem, OSError):
         detail = problem
-    return CarError("no-car-there", car=car, detail=detail)
+    return DriveError("no-car-there", car=car, detail=detail)
 
 
-def _refusal(address: Address, answer: dict[str, Any]) -> CarError:
+def _refusal(address: Address, answer: dict[str, Any]) -> DriveError:
     return CarRefusesError("refuses", car=str(address), reason=CarSentence(answer))

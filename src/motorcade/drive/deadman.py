@@ -67,7 +67,7 @@ Axes = tuple[float, float]
 _AT_REST: Axes = (0.0, 0.0)
 _NEXT = {(state, event): following for state, event, following in TABLE}
 _LASTS_MS = dict(LASTS_MS)
-_HELD = [each.name for each in SWITCHES if each.is_held]
+_HELD = [switch.name for switch in SWITCHES if switch.is_held]
 
 
 class DeadmanSwitch:
@@ -124,7 +124,9 @@ class DeadmanSwitch:
 
     def receive_failsafe(self, now_ms: int) -> None:
         """Note that the car reports a failsafe."""
-        since_ms = now_ms if self._since_ms is None else self._since_ms
+        since_ms = now_ms
+        if self._since_ms is not None:
+            since_ms = self._since_ms
         if self._state == DRIVING and elapsed_ms(now_ms, since_ms) >= _BELIEVED_AFTER_MS:
             self.lose()
 

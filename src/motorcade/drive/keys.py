@@ -51,12 +51,12 @@ def client_context(keys: Path, takes_chips: bool = False) -> DriverContext:
     ``takes_chips`` allows TLS 1.2, too: a microcontroller has nothing newer.
     """
     context, any_car = contexts = [DriverContext(ssl.PROTOCOL_TLS_CLIENT) for _ in range(2)]
-    for each in contexts:
-        _load(each, keys, DRIVER)
+    for either in contexts:
+        _load(either, keys, DRIVER)
         if takes_chips:
-            each.minimum_version = ssl.TLSVersion.TLSv1_2
-            each.set_ciphers("ECDHE+AESGCM")
-        _trust(each, keys)
+            either.minimum_version = ssl.TLSVersion.TLSv1_2
+            either.set_ciphers("ECDHE+AESGCM")
+        _trust(either, keys)
     any_car.check_hostname = False
     context.any_car = any_car
     return context
@@ -70,7 +70,7 @@ def chip_keys(keys: Path, revoked: Iterable[int]) -> dict[str, Any]:
         numbers of drivers' keys that the car refuses, in hexadecimal digits.
     """
     server_context(keys)
-    parts = ["".join(each.splitlines()) for each in _PART.findall(_text(keys))]
+    parts = ["".join(part.splitlines()) for part in _PART.findall(_text(keys))]
     named = dict(zip(("key", "certificate", "authority"), parts, strict=True))
     return {"name": name_in(keys), **named, "revoked": [f"{number:x}" for number in sorted(revoked)]}
 
@@ -90,7 +90,9 @@ def visitor_context(keys: Path | None) -> ssl.SSLContext:
     Raises MotorcadeError.
     """
     context = ssl.create_default_context()
-    return _trust(context, keys) if keys else context
+    if keys:
+        return _trust(context, keys)
+    return context
 
 
 def peer_name(line: ssl.SSLObject | ssl.SSLSocket | None) -> str | None:
@@ -102,7 +104,9 @@ def peer_name(line: ssl.SSLObject | ssl.SSLSocket | None) -> str | None:
 def peer_number(line: ssl.SSLObject | ssl.SSLSocket | None) -> int | None:
     """The serial number of the certificate of the other end of a TLS connection; None where it has shown none."""
     number = _peer(line).get("serialNumber")
-    return int(number, 16) if number else None
+    if number:
+        return int(number, 16)
+    return None
 
 
 def _peer(line: ssl.SSLObject | ssl.SSLSocket | None) -> dict[str, Any]:
@@ -111,7 +115,9 @@ def _peer(line: ssl.SSLObject | ssl.SSLSocket | None) -> dict[str, Any]:
 
 def name_in(keys: Path | None) -> str:
     """The name in a car's keys file; empty without one. Raises MotorcadeError."""
-    return _text(keys).partition("\n")[0].removeprefix(title(CAR, "")) if keys else ""
+    if keys:
+        return _text(keys).partition("\n")[0].removeprefix(title(CAR, ""))
+    return ""
 
 
 def title(role: str, name: str) -> str:
@@ -120,7 +126,9 @@ def title(role: str, name: str) -> str:
 
 
 def _load(context: ssl.SSLContext, keys: Path, role: str) -> None:
-    other = DRIVER if role == CAR else CAR
+    other = CAR
+    if role == CAR:
+        other = DRIVER
     if _text(keys).startswith(title(other, "")):
         found, needed = Phrase(f"role-{other}"), Phrase(f"role-{role}")
         raise MotorcadeError("keys-of-wrong-role", file=keys, found=found, role=needed, prefix=role)
@@ -161,7 +169,9 @@ def _text(file: Path, unreadable: str = "keys-unreadable", no_text: str = "not-a
 
 def number_of(text: str) -> int | None:
     """The serial number that ``text`` is in hexadecimal digits; None where it is none."""
-    return int(text, 16) if _NUMBER.fullmatch(text) else None
+    if _NUMBER.fullmatch(text):
+        return int(text, 16)
+    return None
 
 
 def with_end(text: str) -> str:
@@ -247,7 +257,10 @@ class RevokedKeys:
         except MotorcadeError as problem:
             self.problem = problem
             if not self._was_read:
-                self._numbers = None if self._stamp else frozenset()
+                if self._stamp:
+                    self._numbers = None
+                else:
+                    self._numbers = frozenset()
         return (self._numbers, str(self.problem)) != before
 
     def _now(self) -> tuple[int, int, int] | None:

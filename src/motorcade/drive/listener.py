@@ -22,6 +22,8 @@ HANDSHAKE_S = 2.0
 # Little is buffered by the system, so that a stall leaves few old commands and little old telemetry.
 _KERNEL_BYTES = 1 << 13
 _OUT_OF_SOCKETS_S = 0.1
+# So many connections are accepted in a round of the event loop.
+_MOST_AT_ONCE = 32
 # So many connections wait for their handshakes.
 _MOST_WAITING = 256
 # The least time between two handshakes, and how often the event loop goes round until one has been answered.
@@ -30,6 +32,10 @@ _LEAST_GAP_S, _ROUNDS = 0.001, 5
 _YOUNG_S = 2.0
 # A peer that has vanished is noticed in ten seconds, where the system has these options.
 _KEEPALIVE = (("TCP_KEEPIDLE", 4), ("TCP_KEEPINTVL", 2), ("TCP_KEEPCNT", 3))
+
+
+class PortTakenError(MotorcadeError):
+    """Another program listens at the port."""
 
 
 def bind(host: str, port: int, program: str = "car") -> socket.socket:
@@ -41,7 +47,8 @@ def bind(host: str, port: int, program: str = "car") -> socket.socket:
         program: what listens, for the sentence of an error: "car", "remote" or "studio".
 
     Raises:
-        MotorcadeError: "no-local-address", "port-taken" or "address-unusable".
+        PortTakenError: another program listens there.
+        MotorcadeError: "no-local-address" or "address-unusable".
     """
     who = Phrase(f"program-{program}")
     try:
@@ -50,7 +57,7 @@ def bind(host: str, port: int, program: str = "car") -> socket.socket:
         raise MotorcadeError("no-local-address", host=host[:60]) from None
     except OSError as problem:
         if problem.errno == errno.EADDRINUSE:
-            raise MotorcadeError("port-taken", port=port, program=who) from None
+            raise PortTakenError("port-taken", port=port, program=who) from None
         raise MotorcadeError("address-unusable", program=who, host=host[:60], port=port, reason=problem) from None
 
 
@@ -166,7 +173,11 @@ class Listener:
                     # Out of sockets: some connection will end.
                     await asyncio.sleep(_OUT_OF_SOCKETS_S)
                     continue
-                (self._await_hello if self._tls else self._accept)(line, str(address[0]))
+                if self._tls:
+                    self._await_hello(line, str(address[0]))
+                    self._await_more_hellos()
+                else:
+                    self._accept(line, str(address[0]))
                 # While newcomers wait, sock_accept doesn't yield, and the open connections would get no turn.
                 await asyncio.sleep(0)
         finally:
@@ -203,6 +214,20 @@ class Listener:
                 accepting.result()[0].close()
             accepting.cancel()
             raise
+
+    def _await_more_hellos(self) -> None:
+        """Accept those who wait now, a few at most.
+
+        A round of the event loop may last for a handshake. One newcomer a round would let a flood fill the system's
+        queue, in which everybody waits.
+        """
+        for _ in range(_MOST_AT_ONCE):
+            try:
+                line, address = self._listener.accept()
+            except OSError:
+                return
+            line.setblocking(False)
+            self._await_hello(line, str(address[0]))
 
     def _await_hello(self, line: socket.socket, address: str) -> None:
         """Let a connection wait until its client says something, at most as long as for a handshake."""
@@ -296,7 +321,9 @@ class Listener:
         if len(alike) < places.most_of_one_address and len(self._slots) < places.most:
             return True
         is_burst = len(alike) < places.most_of_one_address * places.burst
-        candidates = alike if len(alike) >= places.most_of_one_address else self._slots
+        candidates = self._slots
+        if len(alike) >= places.most_of_one_address:
+            candidates = alike
         # In a burst requests are on their way.
         since_s = asyncio.get_running_loop().time() - (_YOUNG_S if is_burst and places.burst > 1 else 0.0)
         idle = [slot for slot in candidates if not slot.protocol.has_session() and slot.made_s <= since_s]
@@ -310,7 +337,9 @@ class Listener:
         if oldest is None and is_burst:
             if len(self._slots) < places.most:
                 return True
-            oldest = self._oldest_of_many() if places.shares else None
+            oldest = None
+            if places.shares:
+                oldest = self._oldest_of_many()
         if oldest is None:
             return False
         self._turned_away()
@@ -322,11 +351,15 @@ class Listener:
         """The oldest connection of whoever has most, except those that stay; None where everybody has one."""
         slots = [slot for slot in self._slots if not slot.protocol.stays]
         counts = Counter(slot.whose() for slot in slots)
-        whose, count = max(counts.items(), key=lambda each: each[1], default=("", 0))
-        return next(slot for slot in slots if slot.whose() == whose) if count > 1 else None
+        whose, count = max(counts.items(), key=lambda waiting: waiting[1], default=("", 0))
+        if count > 1:
+            return next(slot for slot in slots if slot.whose() == whose)
+        return None
 
     async def _open(self, line: socket.socket, protocol: Connected) -> None:
-        timeout_s = HANDSHAKE_S if self._tls else None
+        timeout_s = None
+        if self._tls:
+            timeout_s = HANDSHAKE_S
         await asyncio.get_running_loop().connect_accepted_socket(
             lambda: cast(asyncio.BaseProtocol, protocol),
             line,

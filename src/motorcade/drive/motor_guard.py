@@ -91,7 +91,9 @@ class MotorGuard:
             self._asked_s = now_s
         elif now_s - asked_s > self._answer_s:
             raise _gone()
-        report = _MOVING if moves else _STILL
+        report = _STILL
+        if moves:
+            report = _MOVING
         if moves and rest_ms is not None:
             report += 1 + min(max(rest_ms, 0), _MOST_MS - 1)
         self._write(report)
@@ -155,14 +157,19 @@ class _PipeReader:
         """Wait until the other process is "dismissed", "killed" or "frozen"."""
         while True:
             last = self._last
-            wait_s = patience_s if last <= _MOVING else min(patience_s, (last - _MOVING - 1) / 1000 + _GRACE_S)
+            if last <= _MOVING:
+                wait_s = patience_s
+            else:
+                wait_s = min(patience_s, (last - _MOVING - 1) / 1000 + _GRACE_S)
             due_s = time.monotonic() + wait_s
             has_report = self._has_report.wait(wait_s)
             if not has_report and time.monotonic() > due_s + _LATE_S:
                 has_report = self._has_report.wait(_LATE_S)
             self._has_report.clear()
             if self._has_ended:
-                return "dismissed" if self._last == _END else "killed"
+                if self._last == _END:
+                    return "dismissed"
+                return "killed"
             if not has_report and self._last >= _MOVING:
                 return "frozen"
 
@@ -223,7 +230,9 @@ def main(pid: str, patience_ms: str, call: str, *arguments: str) -> int:
         phrases.append(Phrase("guard-wheels-may-turn", reason=problem))
     for phrase in phrases:
         print(f"motorcade: {phrase.sentence(language)}", file=sys.stderr)
-    return 2 if problem else 1
+    if problem:
+        return 2
+    return 1
 
 
 if __name__ == "__main__":

@@ -94,7 +94,9 @@ class Wheels:
         if is_due and not self._obey(arbiter.state, setpoint, now, is_fresh):
             arbiter.stall()
             self._obey(arbiter.state, setpoint, now, is_fresh)
-        return _LIMITS_MS if self._is_limited and arbiter.state == MOVING else _BATTERY_MS
+        if self._is_limited and arbiter.state == MOVING:
+            return _LIMITS_MS
+        return _BATTERY_MS
 
     def read_battery(self, now: int) -> None:
         """Read the battery's voltage, once a second, for the limits too: one that can't be read counts as flat."""
@@ -123,7 +125,9 @@ class Wheels:
         """Do what ``state`` says. Returns False where the board fails."""
         try:
             if state in (STANDING, MOVING):
-                limited = self._limited(setpoint, now) if self._is_limited else setpoint
+                limited = setpoint
+                if self._is_limited:
+                    limited = self._limited(setpoint, now)
                 if is_fresh or limited != self.applied:
                     self._end_program()
                     self._leave_neutral()
@@ -154,7 +158,10 @@ class Wheels:
 
     def _limited(self, setpoint: Setpoint, now: int) -> Setpoint:
         angle_deg, direction, speed = setpoint
-        wanted = speed if direction else -speed
+        if direction:
+            wanted = speed
+        else:
+            wanted = -speed
         if self._sees_obstacles:
             self.limiter.see_obstacle(self.board.obstacle_mm() if wanted > 0 else None)
         duty = self.limiter.next_duty(wanted, now)
@@ -204,7 +211,7 @@ class Switchboard:
         self.values = dict.fromkeys(board.switches, 0)
         self._board = board
         self._fresh_ms = fresh_ms
-        self._held = [each.name for each in SWITCHES if each.is_held and each.name in self.values]
+        self._held = [switch.name for switch in SWITCHES if switch.is_held and switch.name in self.values]
         self._commanded_ms = 0
         # The session that last switched each on.
         self._by: dict[str, int] = {}
@@ -238,7 +245,9 @@ class Switchboard:
                     self._written[name] = value
                 except OSError as problem:
                     count_fault(problem)
-        return self._fresh_ms + 1 - age_ms if any(self.values[name] for name in held) else _BATTERY_MS
+        if any(self.values[name] for name in held):
+            return self._fresh_ms + 1 - age_ms
+        return _BATTERY_MS
 
 
 def check_commands(words: Iterable[int]) -> None:

@@ -66,7 +66,7 @@ async def serving(
         Listener(commands, partial(CommandChannel, clients), turn_away, tls),
         Listener(telemetry, partial(TelemetryChannel, clients), turn_away, tls),
     )
-    tasks = [asyncio.ensure_future(each.serve()) for each in listeners]
+    tasks = [asyncio.ensure_future(listener.serve()) for listener in listeners]
     tasks += [asyncio.ensure_future(job(clients)) for job in (_send_telemetry, _check_revoked)]
     try:
         yield listeners
@@ -90,9 +90,9 @@ class Watchdog:
         self._ended = threading.Event()
         self._writing = threading.Lock()
         self._thread = threading.Thread(target=self._watch, name="drive watchdog", daemon=True)
-        rescue = control.board.rescue()
-        self._guard = MotorGuard(rescue, control.limits.failsafe_ms) if rescue else None
-        if self._guard:
+        self._guard: MotorGuard | None = None
+        if rescue := control.board.rescue():
+            self._guard = MotorGuard(rescue, control.limits.failsafe_ms)
             # So that the guard knows of a movement before the process can freeze in it.
             control.wheels.before_moving = self._beat_guard
 

@@ -1,6 +1,28 @@
 """Control of one car: the object that sockets and pages share, and their sessions. No sockets here.
 
-Every method may be called from any thread. `CarControl.beat` has to be called in time, as
+Theory of operation: One `CarControl` stands for the car. Whoever drives or watches it, by a socket or by a page, has a
+`ControlSession` of it. Three parts of it decide, each in one place:
+
+- *Places.* A session takes one of nine places with its first command or request, not by looking. Where all are taken,
+  `CarControl._who_gives_way` names the session that loses its own. So nobody can fill the car with silent
+  connections, and a client with many sessions loses one of them before another client does.
+- *Age and rate.* `CarControl.apply` asks `Freshness` whether a word was sent long ago, then the session's rate. A
+  command that stops or switches off is never over the rate, since it makes nothing worse.
+- *The wheel.* The `Arbiter` is a table of states. It knows sessions as numbers and says whose commands drive.
+
+A command passes through these three, in this order, and its outcome is an index of `OUTCOMES`, which its client is
+told. Whatever may have changed the arbiter ends in `CarControl._follow`: it makes wheels and switches do what the
+arbiter's state asks for, and writes into the log who drives. So no path can change who drives and leave the wheels as
+they were.
+
+Three things stop the wheels when no command does. The arbiter's failsafe ends a command that nobody renews: `beat`,
+called by the loop that takes the commands, asks it at least every 50 ms. If that loop is stuck, `watch`, called by
+another thread, finds the last beat old; it stops the wheels, and commands that wait in the loop's buffers are old by
+then, so a command with speed 0 has to arm the car. If a thread hangs in the hardware's driver and holds the lock,
+`watch` doesn't wait for it: it sets the board to neutral at once.
+
+Every method may be called from any thread: one lock guards sessions, arbiter and wheels. What is called back
+(``replaced``, ``left``) is called without it. `CarControl.beat` has to be called in time, as
 `motorcade.drive.server.watched` does.
 """
 
@@ -16,7 +38,7 @@ from motorcade.config.profile import Profile
 from motorcade.drive.activity_log import Record
 from motorcade.drive.motors import NEUTRAL_SETPOINT, Command, Setpoint, Switchboard, Wheels, command_in
 from motorcade.drive.stamps import STAMP_MASK, Freshness
-from motorcade.drive.wire import COUNTS, NO_HARDWARE, OUTCOMES, OVER_RATE, STALE, DriveError, Telemetry, stick_word
+from motorcade.drive.wire import COUNTS, NO_HARDWARE, OUTCOMES, OVER_RATE, STALE, SessionError, Telemetry, stick_word
 from motorcade.timing import RateLimit
 from motorcade.words.field import WordError
 from motorcade.words.formats import switch_words
@@ -66,7 +88,7 @@ class CarControl:
         self.record: Record = lambda did, who: None
 
     def take_place(self, session: "ControlSession") -> None:
-        """Give a session one of the nine places, unless it has one or is over. Raises DriveError: "full"."""
+        """Give a session one of the nine places, unless it has one or is over. Raises SessionError: "full"."""
         with self._lock:
             if session.has_place or session.is_over or self._is_closed:
                 return
@@ -78,7 +100,7 @@ class CarControl:
             loser.replaced()
 
     def _who_gives_way(self, newcomer: "ControlSession") -> "ControlSession | None":
-        """The session that gives its place to a newcomer; None where a place is free. Raises DriveError: "full".
+        """The session that gives its place to a newcomer; None where a place is free. Raises SessionError: "full".
 
         Where all are taken it is the one that sent no command for longest, if that is more than ``hand_over_ms``; else
         one of the client that has the most, but not the driver's, if that client has two more than the newcomer. A
@@ -93,8 +115,8 @@ class CarControl:
         places = Counter(session.client for session in sessions)
         most = max(places.values())
         if most < places[newcomer.client] + 2:
-            raise DriveError("full", sessions=MOST_SESSIONS)
-        others = [each for each in sessions if places[each.client] == most and each.number != driver]
+            raise SessionError("full", sessions=MOST_SESSIONS)
+        others = [session for session in sessions if places[session.client] == most and session.number != driver]
         return max(others, key=lambda session: session.silent_ms)
 
     def change(self, session: "ControlSession | None", action: Callable[[Arbiter, int], _Result]) -> _Result | None:
@@ -111,7 +133,10 @@ class CarControl:
 
     def apply(self, session: "ControlSession", word: int, command: Command, number: int) -> int:
         """Take the command ``number`` of ``session``. Returns its outcome, see `motorcade.drive.wire.OUTCOMES`."""
-        is_off = not any(command.values()) if isinstance(command, dict) else command[2] == 0
+        if isinstance(command, dict):
+            is_off = not any(command.values())
+        else:
+            is_off = command[2] == 0
         with self._lock:
             now = self.clock()
             if not session.freshness.is_fresh(word & STAMP_MASK, now, number, is_off, isinstance(command, tuple)):
@@ -194,7 +219,10 @@ class CarControl:
         try:
             now = self.clock()
             rest_ms = self.arbiter.tick(now)
-            late_ms = 0 if self._beat_ms is None else elapsed_ms(now, self._beat_ms)
+            if self._beat_ms is None:
+                late_ms = 0
+            else:
+                late_ms = elapsed_ms(now, self._beat_ms)
             if late_ms >= self.limits.watchdog_ms:
                 self._stalls += not self._is_stuck
                 self._is_stuck = True
@@ -297,7 +325,7 @@ class ControlSession:
         return elapsed_ms(self._control.clock(), self.commanded_ms)
 
     def take_place(self) -> None:
-        """Take a place at the car, unless it has one. Raises DriveError: "full"."""
+        """Take a place at the car, unless it has one. Raises SessionError: "full"."""
         self._control.take_place(self)
 
     def steer(self, throttle: float, steering: float, **switches: int) -> None:
@@ -315,7 +343,7 @@ class ControlSession:
 
         Raises:
             WordError: it is no DRIVE word, which is counted.
-            DriveError: "full".
+            SessionError: "full".
         """
         try:
             command = command_in(word & ~STAMP_MASK)
@@ -347,18 +375,18 @@ class ControlSession:
         return self._control.change(self, lambda arbiter, now: self.freshness.clock_to_answer(now))
 
     def answer_clock(self, clock: int, number: int, stamp: int) -> None:
-        """Take the client's answer; see `motorcade.drive.stamps.Freshness.take_answer`. Raises DriveError: "full"."""
+        """Take the client's answer; see `motorcade.drive.stamps.Freshness.take_answer`. Raises SessionError: "full"."""
         self.take_place()
         self._control.change(self, lambda arbiter, now: self.freshness.take_answer(clock, number, stamp, now))
 
     async def act(self, action: str) -> None:
-        """Do `request`, `release`, `stop`, `clear` or `resume_program`; a remote car waits there. Raises DriveError."""
+        """Do `request`, `release`, `stop`, `clear` or `resume_program`; a remote car waits. Raises SessionError."""
         getattr(self, action)()
 
     def request(self) -> bool:
         """Ask for the wheel: True where this session has it now; else it comes when the driver stops or leaves.
 
-        Raises DriveError: "full".
+        Raises SessionError: "full".
         """
         self.take_place()
         return bool(self._control.change(self, lambda arbiter, now: arbiter.request(self.number, now)))
@@ -373,7 +401,7 @@ class ControlSession:
         self._control.record("stops", self.name)
 
     def clear(self) -> None:
-        """Lift the emergency stop; a command with speed 0 then arms the car. Raises DriveError: "full"."""
+        """Lift the emergency stop; a command with speed 0 then arms the car. Raises SessionError: "full"."""
         self.take_place()
         self._control.change(None, lambda arbiter, now: arbiter.clear())
         self._control.record("clears", self.name)
@@ -381,13 +409,13 @@ class ControlSession:
     def resume_program(self) -> None:
         """Give the wheels to the car's image again.
 
-        Raises DriveError: the car has no program, another session drives, or the emergency stop holds.
+        Raises SessionError: the car has no program, another session drives, or the emergency stop holds.
         """
         self.take_place()
         if not self._control.board.has_program:
-            raise DriveError("no-program")
+            raise SessionError("no-program")
         if not self._control.change(self, lambda arbiter, now: arbiter.resume(self.number, now)):
-            raise DriveError("not-yours")
+            raise SessionError("not-yours")
         self._control.record("resumes", self.name)
 
     def leave(self) -> None:

@@ -93,7 +93,9 @@ class Freshness:
         """The car's clock at ``now`` (ticks) in units of a stamp; None while no answer to it is needed."""
         self._advance(now)
         answered = self._answer is not None and elapsed_ms(now, self._answer.clock_ms) < _ANSWER_LASTS_MS
-        return now // STEP_MS if self._needs_answer and not answered else None
+        if self._needs_answer and not answered:
+            return now // STEP_MS
+        return None
 
     def take_answer(self, clock: int, number: int, stamp: int, now: int) -> None:
         """Take the client's answer to ``clock`` at ``now`` (ticks), unless its round trip took too long.
@@ -133,10 +135,18 @@ class Freshness:
         return True
 
     def _fits_last_minute(self, difference_ms: int) -> bool:
-        known = [each for each in (self._smallest, self._smallest_before) if each is not None]
-        later_ms = _later_ms(difference_ms, min(known)) if known else 0
-        difference_ms = min(known) + later_ms if known else difference_ms
-        self._smallest = difference_ms if self._smallest is None else min(self._smallest, difference_ms)
+        known = [smallest for smallest in (self._smallest, self._smallest_before) if smallest is not None]
+        later_ms = 0
+        if known:
+            later_ms = _later_ms(difference_ms, min(known))
+        if known:
+            difference_ms = min(known) + later_ms
+        else:
+            difference_ms = difference_ms
+        if self._smallest is None:
+            self._smallest = difference_ms
+        else:
+            self._smallest = min(self._smallest, difference_ms)
         return later_ms <= self._stale_ms
 
     def _advance(self, now: int) -> None:

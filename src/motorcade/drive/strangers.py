@@ -59,13 +59,16 @@ def who_speaks(data: bytes, byte_order: str, problem: MotorcadeError | None = No
         count = len(data) // WORDS[other].size
         return Phrase("stranger-byte-order", count=count, reason=problem, order=other)
     begin = data[:_SHOWN_BYTES]
-    shown = begin.decode("ascii") if begin.isascii() and begin.decode("ascii").isprintable() else begin.hex(" ")
+    if begin.isascii() and begin.decode("ascii").isprintable():
+        shown = begin.decode("ascii")
+    else:
+        shown = begin.hex(" ")
     return Phrase("stranger-other", reason=problem or Phrase("stranger-first-word"), data=shown)
 
 
 def _are_commands(data: bytes, byte_order: str) -> bool:
     word = WORDS[byte_order]
-    words = [each for (each,) in word.iter_unpack(data[: len(data) // word.size * word.size])]
+    words = [number for (number,) in word.iter_unpack(data[: len(data) // word.size * word.size])]
     try:
         check_commands(words)
     except WordError:

@@ -33,7 +33,7 @@ _LENGTH = struct.Struct(">I")
 WORDS = {"big": struct.Struct(">I"), "little": struct.Struct("<I")}
 
 
-class DriveError(MotorcadeError):
+class SessionError(MotorcadeError):
     """A car that is driven refuses a session or a request; its codes travel over the network."""
 
 
@@ -60,12 +60,12 @@ _DOCUMENTS = msgspec.json.Decoder(dict[str, Any])
 def take_frames(received: bytearray, most_bytes: int) -> Iterator[bytes]:
     """Take the JSON texts of the whole frames out of what was received, however it is cut.
 
-    Raises DriveError: "too-long", where a text has more than ``most_bytes``.
+    Raises SessionError: "too-long", where a text has more than ``most_bytes``.
     """
     while len(received) >= _LENGTH.size:
         (size,) = _LENGTH.unpack_from(received)
         if size > most_bytes:
-            raise DriveError("too-long", most=most_bytes)
+            raise SessionError("too-long", most=most_bytes)
         end = _LENGTH.size + size
         if len(received) < end:
             return
@@ -116,11 +116,11 @@ def unpack_frame(text: bytes) -> dict[str, Any]:
 
 
 def read_request(text: bytes) -> DriveRequest:
-    """The request in a frame. Raises DriveError."""
+    """The request in a frame. Raises SessionError."""
     try:
         return _REQUESTS.decode(text)
     except (msgspec.DecodeError, RecursionError):
-        raise DriveError("not-a-request") from None
+        raise SessionError("not-a-request") from None
 
 
 def newest_of_each_code(words: list[int]) -> list[int]:

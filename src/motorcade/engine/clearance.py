@@ -9,10 +9,9 @@ from motorcade.car.brain import WORD
 from motorcade.engine import bodies, cells, events, geometry
 from motorcade.engine.backend import in_kernel
 from motorcade.engine.state import Arrays, Now
-from motorcade.words.formats import CONTROL
+from motorcade.words.positions import FLOOR_AT
 
 MOST_TICKS = 1000
-_FLOOR_AT = CONTROL.field("floor").low
 _HALF = 0xFFFF
 # The sixteenth bits of both halves.
 _ANYHOW = 0x00010001
@@ -105,7 +104,7 @@ def look_around(i: int, look: float, arrays: Arrays, now: Now) -> tuple[int, flo
         )
     is_pushed = push_x != 0.0 or push_y != 0.0
     # Who follows a line soon turns, and counts as pushed.
-    pushed = int(is_pushed or (arrays.floor.shape[0] > 0 and cars.memory[WORD, i] >> _FLOOR_AT & 1 != 0))
+    pushed = int(is_pushed or (arrays.floor.shape[0] > 0 and cars.memory[WORD, i] >> FLOOR_AT & 1 != 0))
     if pushed and bodies.stands(i, cars, rules) and int(cars.clear[i]) & bodies.PUSHED == 0:
         wake_near(i, arrays, now)
     if is_pushed:

@@ -22,7 +22,7 @@ from motorcade.engine.bodies import ROUNDED_UM
 from motorcade.engine.clearance import MOST_TICKS, whole_ticks
 from motorcade.engine.geometry import FAR_UM, cosine, sine
 from motorcade.engine.state import DRIVEN, Buffer, CarArrays, Floor, Rules
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import MatError, Phrase
 from motorcade.mats import Mat
 from motorcade.mats.model import path_of
 
@@ -181,7 +181,7 @@ def floor_of(mat: Mat, aside_um: float = 0.0) -> Any:
     Raises:
         MotorcadeError: mat-too-detailed.
     """
-    refused = MotorcadeError("mat-too-detailed", file=Phrase("mat-named", name=mat.name))
+    refused = MatError("mat-too-detailed", file=Phrase("mat-named", name=mat.name))
     marks, corners = list[Mark](), 0
     for mark in marks_of(mat):
         marks.append(mark)

@@ -1,7 +1,10 @@
-"""What goals ask of a car at a moment, and the kernel that asks it of all cars of many worlds.
+"""What goals ask of cars at a moment, and the answers: one function judges one run or many.
 
-`motorcade.missions.goals` asks the same of one run, with these functions; the kernel only says who met what, for many
-seeds at once. Lengths are metres in single precision, as recordings and pages have them.
+A question is a row: what must be so (a car is in a zone, faces so, shows a lamp, has driven so far), of which cars, and
+when. `judge_run` asks all questions of one run at one moment, whose figures `Answers` hold. Python calls it with lists
+for a run whose moments a page or a recording shows; the kernel `judge` calls it for each of many worlds, after it has
+read their cars. So nothing is decided in two ways. Lengths are metres in single precision, as recordings and pages have
+them.
 """
 
 import math
@@ -39,13 +42,14 @@ class Questions(NamedTuple):
 
 
 class Answers(NamedTuple):
-    """How it stands. ``off`` and ``before`` have a place for each entry of `Questions.who`."""
+    """How it stands, and what the cars of one world show now. There is a place for each entry of `Questions.who`."""
 
-    off: Floats  # (worlds, places): 0 where the car is so; how far it drove, for TRAVELLED
+    # (worlds, 2 * places): 0 where the car is so; how far it drove, for TRAVELLED. Then since when that counts, in ms.
+    off: Floats
     before: Singles  # (worlds, 2 * places): where it was at the moment before
     since: Ints  # (worlds, questions): since when as many cars as needed are so, in ms; -1: they aren't
-    where: Ints  # scratch: where each car of a world is in the arrays
-    single: Singles  # scratch
+    led: Ints  # (cars,): the LED of each car
+    shown: Singles  # (3 * cars,): x of each car, then y, then the heading
 
 
 @in_kernel
@@ -89,12 +93,6 @@ def turned_deg(heading: float, wanted_deg: float) -> float:
 
 
 @in_kernel
-def replaces(off: float, before: float, when: int) -> bool:
-    """Whether how far a car is from being so takes the place of ``before``: at best, or when it first was not so."""
-    return when == END or (off <= before if when == SOME_MOMENT else before == 0.0)
-
-
-@in_kernel
 def _wide(single: float) -> float:
     """A number of single precision in double precision; Numba's ``float`` alone leaves it as it is."""
     return float(single) * 1.0
@@ -102,65 +100,82 @@ def _wide(single: float) -> float:
 
 def judge(tick: int, cars: CarArrays, rules: Rules, questions: Questions, answers: Answers) -> None:
     """Ask all questions of the cars of each world before a tick, for the next moment of their run."""
-    worlds, rows = answers.off.shape[0], questions.rows
-    per_world = cars.x.shape[0] // worlds
+    worlds, shown = answers.off.shape[0], answers.shown
+    count = cars.x.shape[0] // worlds
     now = tick * rules.tick_ms & TICKS_MASK
+    asks_led = False
+    for question in range(len(questions.rows)):
+        asks_led = asks_led or questions.rows[question][KIND] in (LIT, NOT_LIT)
     for world in range(worlds):
-        for i in range(world * per_world, (world + 1) * per_world):
-            answers.where[cars.number[i]] = i
-        for question in range(rows.shape[0]):
-            if rows[question, FROM_MS] <= now <= rows[question, UNTIL_MS]:
-                met = 0
-                for k in range(rows[question, CARS]):
-                    place = int(rows[question, FIRST_CAR]) + k
-                    met += _ask(world, question, place, now, cars, rules, questions, answers)
-                if met < rows[question, NEEDED]:
-                    answers.since[world, question] = -1
-                elif answers.since[world, question] < 0:
-                    answers.since[world, question] = now
+        for i in range(world * count, (world + 1) * count):
+            car = cars.number[i]
+            shown[car] = float(cars.x[i]) / 1e6
+            shown[count + car] = float(cars.y[i]) / 1e6
+            heading = float(cars.heading[i]) / float(FULL_TURN) * math.tau
+            shown[2 * count + car] = heading - math.tau if heading > math.pi else heading
+            if asks_led:
+                # The LEDs as the last tick set them.
+                answers.led[car] = lit_led(cars.memory[:, i], (now - rules.tick_ms) & TICKS_MASK, rules.levels)
+        judge_run(world, now, questions, answers)
 
 
 @in_kernel
-def _ask(
-    world: int,
-    question: int,
-    place: int,
-    now: int,
-    cars: CarArrays,
-    rules: Rules,
-    questions: Questions,
-    answers: Answers,
-) -> int:
-    """Ask one car; return 1 where it is so, else 0."""
-    i = int(answers.where[questions.who[place]])
-    row, figures, kind = questions.rows[question], questions.figures[question], questions.rows[question, KIND]
-    off, single, before = answers.off[world], answers.single, answers.before[world]
-    if kind in (LIT, NOT_LIT):
-        # The LEDs as the last tick set them.
-        led = lit_led(cars.memory[:, i], (now - rules.tick_ms) & TICKS_MASK, rules.levels)
-        found = 1.0 if (led == row[LED]) == (kind == NOT_LIT) else 0.0
-    elif kind == FACES:
-        heading = float(cars.heading[i]) / float(FULL_TURN) * math.tau
-        single[0] = heading - math.tau if heading > math.pi else heading
-        found = turned_deg(_wide(single[0]), figures[WANTED])
-        if found <= figures[TOLERANCE]:
-            found = 0.0
+def judge_run(world: int, now: int, questions: Questions, answers: Answers) -> None:
+    """Ask all questions of one run, at the moment ``now`` in ms that `Answers.led` and `Answers.shown` hold."""
+    off, since, places = answers.off[world], answers.since[world], len(questions.who)
+    for question in range(len(questions.rows)):
+        row, figures = questions.rows[question], questions.figures[question]
+        if row[FROM_MS] <= now <= row[UNTIL_MS]:
+            met, when = 0, row[WHEN]
+            for place in range(row[FIRST_CAR], row[FIRST_CAR] + row[CARS]):
+                car = questions.who[place]
+                if row[KIND] == TRAVELLED:
+                    driven = shown_m(_drive(world, now, place, car, answers))
+                    if figures[LEAST] <= driven <= figures[MOST]:
+                        met += 1
+                else:
+                    # What was always so and no longer is, stays as it is.
+                    if when != ALWAYS or off[place] == 0.0:
+                        found = _how_far(car, row, figures, questions.corners, answers)
+                        if when != SOME_MOMENT or found <= off[place]:
+                            off[place] = found
+                            off[places + place] = float(now)
+                    if off[place] == 0.0:
+                        met += 1
+            if met < row[NEEDED]:
+                since[question] = -1
+            elif since[question] < 0:
+                since[question] = now
+
+
+@in_kernel
+def _drive(world: int, now: int, place: int, car: int, answers: Answers) -> float:
+    """Add up how far a car has driven since the moment before; return how far since the first."""
+    off, before, shown = answers.off[world], answers.before[world], answers.shown
+    x, y = shown[car], shown[len(answers.led) + car]
+    if now > 0:
+        off[place] += apart_m(_wide(before[2 * place]), _wide(before[2 * place + 1]), _wide(x), _wide(y))
+    before[2 * place] = x
+    before[2 * place + 1] = y
+    return float(off[place])
+
+
+@in_kernel
+def _how_far(car: int, row: Ints, figures: Floats, corners: Floats, answers: Answers) -> float:
+    """How far a car is from being as a question asks; 0 where it is so."""
+    kind, count, shown = row[KIND], len(answers.led), answers.shown
+    if kind == LIT:
+        return 0.0 if answers.led[car] == row[LED] else 1.0
+    if kind == NOT_LIT:
+        return 1.0 if answers.led[car] == row[LED] else 0.0
+    if kind == FACES:
+        turned = turned_deg(_wide(shown[2 * count + car]), figures[WANTED])
+        return 0.0 if turned <= figures[TOLERANCE] else turned
+    x, y = _wide(shown[car]), _wide(shown[count + car])
+    if row[CORNERS] > 0:
+        apart = to_outline_m(corners, row[FIRST_CORNER], row[CORNERS], x, y)
     else:
-        single[0] = float(cars.x[i]) / 1e6
-        single[1] = float(cars.y[i]) / 1e6
-        x, y = _wide(single[0]), _wide(single[1])
-        if kind == TRAVELLED:
-            if now > 0:
-                off[place] += apart_m(_wide(before[2 * place]), _wide(before[2 * place + 1]), x, y)
-            before[2 * place] = single[0]
-            before[2 * place + 1] = single[1]
-            driven = shown_m(off[place])
-            return 1 if figures[LEAST] <= driven <= figures[MOST] else 0
-        if row[CORNERS] > 0:
-            found = to_outline_m(questions.corners, int(row[FIRST_CORNER]), int(row[CORNERS]), x, y)
-        else:
-            found = to_disc_m(x, y, figures[DISC_X], figures[DISC_Y], figures[DISC_RADIUS])
-        found = shown_m(found) if kind == INSIDE else 1.0 if found == 0.0 else 0.0
-    if replaces(found, off[place], int(row[WHEN])):
-        off[place] = found
-    return 1 if off[place] == 0.0 else 0
+        apart = to_disc_m(x, y, figures[DISC_X], figures[DISC_Y], figures[DISC_RADIUS])
+    if kind == INSIDE:
+        return shown_m(apart)
+    return 1.0 if apart == 0.0 else 0.0

@@ -18,13 +18,11 @@ from motorcade.engine import agents, bicycle, bodies, cells, channel, clearance,
 from motorcade.engine.backend import in_kernel, methods_in_kernel
 from motorcade.engine.judging import judge
 from motorcade.engine.state import DRIVEN, MOST_PARTS, NOBODY, Arrays, ForBrain, Ints, Now, Words
-from motorcade.words.formats import CONTROL
+from motorcade.words.positions import AVOID_ENABLE_AT, FLOOR_AT, PIR_AT
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
 
 ALL, RESTORED = -1, -2
-_PIR_AT = CONTROL.field("pir").low
-_FLOOR_AT = CONTROL.field("floor").low
-_SENSES = 1 << _PIR_AT | 1 << _FLOOR_AT | 1 << CONTROL.field("avoid_enable").low
+_SENSES = 1 << PIR_AT | 1 << FLOOR_AT | 1 << AVOID_ENABLE_AT
 
 
 class Sensed(NamedTuple):
@@ -108,11 +106,11 @@ class CarTurn(NamedTuple):
             ticks, distance, push_x, push_y = clearance.look_around(self.i, look, self.arrays, self.now)
             away = ticks * rules.tick_ms
         person, dark, any_um, ahead_um = 0, 0, geometry.FAR_UM, geometry.FAR_UM
-        if people.now_x.shape[1] and s[brain.RUNNING] and s[brain.WORD] >> _PIR_AT & 1:
+        if people.now_x.shape[1] and s[brain.RUNNING] and s[brain.WORD] >> PIR_AT & 1:
             person, outside = bodies.person_near(self.i, self.now.part, self.now.ms, self.arrays.cars, people, rules)
             ticks = clearance.whole_ticks((outside - bodies.ROUNDED_UM) / (rules.person_step + rules.fastest))
             away = min(away, ticks * rules.tick_ms)
-        if self.arrays.floor.shape[0] and s[brain.RUNNING] and s[brain.WORD] >> _FLOOR_AT & 1:
+        if self.arrays.floor.shape[0] and s[brain.RUNNING] and s[brain.WORD] >> FLOOR_AT & 1:
             dark, any_um, ahead_um = floor.look_down(self.i, self.arrays.cars, self.arrays.floor, rules)
         seen_mm = bodies.obstacle_mm(distance, rules)
         return Sensed(seen_mm, person, dark, looks_mm > 0, away, push_x, push_y, any_um, ahead_um)

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from motorcade.car.brain import AVOID_RADII_MM, LEFT, RIGHT, SIZE, VOICE_GO, VOICE_STOP
 from motorcade.config.profile import Profile, levels_of
-from motorcade.engine.bodies import LOOK_BEYOND_UM
+from motorcade.engine.backend import Backend, allocate_all
+from motorcade.engine.bodies import LOOK_BEYOND_UM, person_at
 from motorcade.engine.geometry import COSINES, FAR_UM, FULL_TURN, MOST_NORMAL, NORMALS, to_heading
 from motorcade.engine.state import (
     MOST_PARTS,
@@ -29,8 +30,8 @@ from motorcade.engine.state import (
 )
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat
-from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import air_us
+from motorcade.words.packing import bytes_to_words
 
 if TYPE_CHECKING:
     from motorcade.engine.backend import Backend
@@ -208,6 +209,13 @@ def people_of(mat: Mat, parts: int) -> People:
         now_y=Buffer.of("float64", nowhere, len(mat.people), parts),
         walked_ms=Buffer.of("int64", [-1] * parts),
     )
+
+
+def people_at(mat: Mat, t_ms: int, backend: Backend) -> list[tuple[float, float]]:
+    """Return the position of each person of the mat at a moment, (x, y) in metres; ``backend`` keeps their paths."""
+    paths = allocate_all(backend, people_of(mat, 1))
+    places = (person_at(number, t_ms, paths) for number in range(len(mat.people)))
+    return [(x / 1e6, y / 1e6) for x, y in places]
 
 
 def voices_of(mat: Mat) -> Voices:

@@ -10,6 +10,9 @@ from motorcade.engine.moment import PICTURED, allocate_columns, moment_bytes, pl
 from motorcade.engine.showing import MOST_NEAREST, TALLY_ROWS, Page, Tally
 from motorcade.engine.simulation import Simulation
 
+# The colours of the LEDs in pictures, films and what a camera sees.
+LEDS = ("#ffd60a", "#00e5ff", "#b8ff3d", "#ff5cd6")
+
 
 class Near(NamedTuple):
     """A car near another one: how far it is, and whether a frame of it would reach the other one now."""

@@ -7,8 +7,9 @@ the arrays were kept, or else ahead to its end, which is the same call again.
 """
 
 from array import array
-from functools import partial
-from typing import Any
+from collections.abc import Callable
+from functools import partial, wraps
+from typing import Any, ParamSpec
 
 from motorcade.car.brain import NO_VOICE
 from motorcade.config.arguments import to_whole
@@ -25,8 +26,28 @@ FARTHEST_UM = 2_147_000_000
 _MOST_MS_WITH_EVENTS = 200
 # When the clock of cars wraps.
 _MOST_RUN_MS = TICKS_MASK
+Given = ParamSpec("Given")
 # The events of a world that were not taken yet: those before a call of the kernels, and the rows of the call.
 Untaken = tuple[Any, bytes] | None
+
+
+def done_whole(change: Callable[Given, None]) -> Callable[Given, None]:
+    """Make a method that changes a world whole: where an interrupt breaks it off, it is called once more.
+
+    So the method changes nothing where it raises MotorcadeError, and a second call leaves what the first one left.
+    """
+
+    @wraps(change)
+    def changed(*arguments: Given.args, **named: Given.kwargs) -> None:
+        try:
+            change(*arguments, **named)
+        except MotorcadeError:
+            raise
+        except BaseException:
+            change(*arguments, **named)
+            raise
+
+    return changed
 
 
 class Running:
@@ -115,6 +136,9 @@ class Running:
             rest, rows = rest
             parts.append(rows)
         return b"".join(reversed(parts))
+
+    def _checked_world(self, world: int) -> int:
+        return to_whole("world", world, 0, self.worlds - 1)
 
     def _read_counts(self) -> "array[int]":
         return array("q", self.backend.read(self._counters.counts))

@@ -19,7 +19,7 @@ from motorcade.engine.geometry import to_heading
 from motorcade.engine.judging import Answers, Questions
 from motorcade.engine.kernels import ALL
 from motorcade.engine.moment import COLUMNS, Columns, Moment, allocate_columns, view_column
-from motorcade.engine.running import Running
+from motorcade.engine.running import Running, done_whole
 from motorcade.engine.slices import Slices
 from motorcade.engine.state import DRIVEN, Arrays, Buffer
 from motorcade.errors import MotorcadeError, Phrase
@@ -100,8 +100,7 @@ class Simulation(Running):
         self._shown: Columns | None = None
         self._set_environment(mat, self.profile)
         self._slices, self._can_go_back = Slices(self.worlds * self.cars, backend.interruptible), False
-        self.run_number = 0
-        self._begin(seeds)
+        self._begin(seeds, 0)
 
     def reset(self, seeds: int | Sequence[int] | None = None) -> None:
         """Begin again, with other seeds where they are given (as many as there are worlds)."""
@@ -109,10 +108,10 @@ class Simulation(Running):
         if len(given) != self.worlds:
             raise MotorcadeError("seeds-differ-from-worlds", count=len(given), worlds=self.worlds)
         self.backend.join()
-        self._begin(given)
-        self.run_number += 1
+        self._begin(given, self.run_number + 1)
 
-    def _begin(self, seeds: Sequence[int]) -> None:
+    @done_whole
+    def _begin(self, seeds: Sequence[int], run_number: int) -> None:
         memory = self.backend
         self.seeds = tuple(to_whole("seeds", seed, 0, MOST_SEED) for seed in seeds)
         self._seeds = memory.allocate("seeds", Buffer.of("int64", self.seeds))
@@ -122,7 +121,9 @@ class Simulation(Running):
         counts = memory.zeros("counts", (self._parts, events.COUNTS), "int64")
         self._counters = self._with_room(counts, room * self.worlds // self._parts)
         self._begin_ticks(self._farthest_um)
+        self.run_number = run_number
 
+    @done_whole
     def assign_images(self, images: Sequence[int]) -> None:
         """Give each world a program of its own, before the first tick: all its leaders run image ``images[world]``.
 
@@ -135,6 +136,7 @@ class Simulation(Running):
         programs = b"".join(bytes(image + 1 if each else 0 for each in leads) for image in images)
         self.backend.write(self.state.program, programs)
 
+    @done_whole
     def place_cars(self, starts: Sequence[Starts]) -> None:
         """Let the cars of each world start in places of their own, before the first tick; who leads stays as it is.
 
@@ -152,12 +154,14 @@ class Simulation(Running):
             self.backend.write(getattr(self.state, name), places)
         self._within_until = 0
 
+    @done_whole
     def say(self, word: str) -> None:
         """Let every car hear ``stop`` or ``go`` in the next tick. Raises MotorcadeError: it is another word."""
         if not isinstance(word, str) or word not in layout.VOICES:
             raise not_allowed("word", word, ", ".join(layout.VOICES))
         self._spoken_at, self._spoken = self.tick, layout.VOICES[word]
 
+    @done_whole
     def set_environment(self, mat: Mat, range_mm: int | None = None) -> None:
         """Replace walls, obstacles, people, voices and physics; the cars stay where they are and go on.
 
@@ -186,6 +190,7 @@ class Simulation(Running):
         self._people = allocate_all(backend, layout.people_of(mat, self._parts))
         self._voices = allocate_all(backend, layout.voices_of(mat))
 
+    @done_whole
     def move(self, car: int, pose: Pose, world: int = 0) -> None:
         """Move a car to another place, where it goes on with what it does.
 
@@ -202,6 +207,7 @@ class Simulation(Running):
         self._write(self.state.heading, index, struct.pack("<I", to_heading(heading)))
         self._wake(index)
 
+    @done_whole
     def drive(self, car: int, angle_deg: int = 90, direction: int = 1, speed: int = 0, world: int = 0) -> None:
         """Drive a car by hand. Its own program goes on, but its wheels obey these values until `give_back`.
 
@@ -224,13 +230,13 @@ class Simulation(Running):
         self._keep_driven([*self._others_driven(car, world), [world, car, index, *motion, 0]])
         self._write(self.state.wheels, index, bytes([DRIVEN]))
 
+    @done_whole
     def give_back(self, car: int, world: int = 0) -> None:
         """Give the wheels of a car back to its own program. Raises MotorcadeError: there is no such car."""
         car, world = self._checked_car(car, world)
         if (world, car) in self._drivers:
+            self.backend.call("give_back", self._index(car, world), self.tick, self.state, self._rules)
             self._keep_driven(self._others_driven(car, world))
-            index = self._index(car, world)
-            self.backend.call("give_back", index, self.tick, self.state, self._rules)
 
     def _others_driven(self, car: int, world: int) -> list[list[int]]:
         """The columns of the other driven cars, whose indices a sort may have changed."""
@@ -238,8 +244,8 @@ class Simulation(Running):
         return [column for column in columns if column[: bicycle.NUMBER + 1] != [world, car]]
 
     def _keep_driven(self, columns: list[list[int]]) -> None:
-        self._drivers = {(column[bicycle.WORLD], column[bicycle.NUMBER]) for column in columns}
         self._driven = self.backend.allocate("driven", bicycle.matrix_of(columns))
+        self._drivers = {(column[bicycle.WORLD], column[bicycle.NUMBER]) for column in columns}
 
     def obstacle_mm(self, car: int) -> int:
         """What a car's ultrasonic sensor measures for its driver, as far as the profile's limits ask; in world 0."""
@@ -354,9 +360,6 @@ class Simulation(Running):
 
     def _checked_car(self, car: int, world: int) -> tuple[int, int]:
         return to_whole("car", car, 0, self.cars - 1), self._checked_world(world)
-
-    def _checked_world(self, world: int) -> int:
-        return to_whole("world", world, 0, self.worlds - 1)
 
     def _check_begun(self) -> None:
         if self.tick == 0:

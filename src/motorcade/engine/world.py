@@ -37,7 +37,8 @@ from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat, check_mat, formation, open_table
 from motorcade.mats.document import check_things
 from motorcade.words.formats import CONTROL
-from motorcade.words.image import Image, image_words, words_to_bytes
+from motorcade.words.image import Image, image_words
+from motorcade.words.packing import words_to_bytes
 
 # One thread is faster for a single world of fewer cars.
 _LARGE = 20_000

@@ -12,7 +12,7 @@ import serial
 from mpremote.transport import TransportError, TransportExecError
 from mpremote.transport_serial import SerialTransport
 
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, TransferError
 from motorcade.upload.serial_port import open_error, port_name, serial_line
 
 _BAUD = 115200
@@ -175,7 +175,7 @@ def _opened(port: str) -> SerialTransport:
     try:
         transport = SerialTransport(port_name(port), baudrate=_BAUD, timeout=_ANSWER_WITHIN_S)
     except ValueError:
-        raise MotorcadeError("not-a-port-name", port=port) from None
+        raise TransferError("not-a-port-name", port=port) from None
     except (TransportError, OSError):
         raise _why_closed(port) from None
     transport.serial.write_timeout = _ANSWER_WITHIN_S

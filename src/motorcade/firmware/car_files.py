@@ -1,12 +1,13 @@
 """The files that a board with MicroPython gets: what its main.py needs, directly or through others, and its settings.
 
+A file is needed where another imports it outside of functions. What is imported inside a function is for some cars
+alone: EXTRAS says which setting brings it.
+
 The settings are the contents of a pin file, a profile and a voice map as JSON, since MicroPython reads no TOML.
 `motorcade.boards.on_chip.power_on` reads them on the board.
 """
 
-import ast
 import json
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from motorcade.boards.on_chip.power_on import SETTINGS_FILE, SETTINGS_FORMAT
 from motorcade.config.pins import INPUTS, PinMap, VoiceMap
 from motorcade.config.profile import Profile, levels_of
 from motorcade.errors import MotorcadeError
+from motorcade.imports import PACKAGE, needed_files
 
 MAIN = "main.py"
 # Which chip's pin files each chip takes: a Pico 2 has the pins of a Pico.
@@ -23,33 +25,31 @@ _ESP32_UARTS = {"serial": 1, "voice": 2}
 _ESP32_VOICE_SENDS_AT = 17
 # The folder that MicroPython searches for modules.
 LIBRARY = "lib"
-_PACKAGE = "motorcade"
-_SOURCE = Path(__file__).parents[1]
-# The checker of boards is for those who change a board and try it at the prompt.
-_EXTRAS = ("motorcade.car.check",)
-# Sentences and exit codes stay on the computer: on a board an error is its code and details.
-_NOT_COPIED = ("motorcade.locales", "motorcade.outcomes")
-_WORDS = "motorcade.words."
-_FORMATS = "motorcade.words.formats"
+# What only some cars need, by the setting that asks for it: those modules are imported inside functions.
+EXTRAS = {
+    "wifi": PACKAGE / "boards" / "on_chip" / "wifi_line.py",
+    "keys": PACKAGE / "boards" / "on_chip" / "secure_line.py",
+    "check": PACKAGE / "car" / "check" / "__init__.py",
+}
 
 
 def templates() -> Path:
     """Return the folder of main.py and of the pin files: in the package, or beside the sources of a clone."""
     packaged = Path(__file__).with_name("micropython")
-    return packaged if packaged.is_dir() else _SOURCE.parents[1] / "firmware" / "micropython"
+    return packaged if packaged.is_dir() else PACKAGE.parents[1] / "firmware" / "micropython"
 
 
 def board_files(settings: dict[str, Any]) -> dict[str, bytes]:
     """Return each file's path on the board and its bytes; main.py is the last, since nothing starts without it."""
-    main = (templates() / MAIN).read_bytes()
-    modules = _Modules()
-    for statement in ast.parse(main).body:
-        modules.follow(statement)
-    for name in _EXTRAS:
-        modules.add(name)
-    files = {f"{LIBRARY}/{path}": source for path, source in sorted(modules.files().items())}
+    main = templates() / MAIN
+    starts = [main, *(file for setting, file in EXTRAS.items() if setting in settings)]
+    files: dict[str, bytes] = {}
+    for file in sorted(needed_files(starts, lazily=False) - {main}):
+        path = f"{LIBRARY}/{PACKAGE.name}/{file.relative_to(PACKAGE).as_posix()}"
+        # Motorcade's own __init__ needs CPython's importlib.
+        files[path] = b"" if file == PACKAGE / "__init__.py" else file.read_bytes()
     files[SETTINGS_FILE] = json.dumps(settings).encode()
-    files[MAIN] = main
+    files[MAIN] = main.read_bytes()
     return files
 
 
@@ -96,128 +96,6 @@ def settings_of(
             "patterns": [[pattern.hex(), word] for pattern, word in voice.patterns],
         }
     return settings
-
-
-class _Modules:
-    """The modules that a board needs: of `motorcade.words` only what the others use, which saves a third of its memory.
-
-    The car uses the formats for the positions of fields alone, so these become integers.
-    """
-
-    def __init__(self) -> None:
-        self._trees: dict[str, ast.Module] = {}
-        self._used: dict[str, set[str]] = {}
-        self._positions: set[ast.stmt] = set()
-
-    def add(self, module: str) -> bool:
-        """Add a module, its package and what it imports; return whether there is such a module."""
-        if module in self._trees:
-            return True
-        path = _path_of(module)
-        if not path.is_file() or module.startswith(_NOT_COPIED):
-            return False
-        # Motorcade's own __init__ needs CPython's importlib.
-        self._trees[module] = ast.parse(b"" if module == _PACKAGE else path.read_bytes())
-        self._used[module] = set()
-        self._positions |= _make_positions(self._trees[module], module)
-        if package := module.rpartition(".")[0]:
-            self.add(package)
-        for statement in self._trees[module].body:
-            if not _defined(statement):
-                self.follow(statement, module)
-        if not module.startswith(_WORDS):
-            self._use_all(module)
-        return True
-
-    def follow(self, statement: ast.stmt, module: str = "") -> None:
-        """Add what ``statement`` of ``module`` imports and, of its own module, names."""
-        for node in ast.walk(statement):
-            if isinstance(node, ast.Name) and module:
-                self._use(module, node.id)
-            elif isinstance(node, ast.ImportFrom):
-                for alias in node.names:
-                    self._import(str(node.module), alias.name)
-
-    def files(self) -> dict[str, bytes]:
-        """Return each module's path below `LIBRARY` and its source."""
-        return {
-            f"{_PACKAGE}/{_path_of(module).relative_to(_SOURCE).as_posix()}": self._source(module)
-            for module in self._trees
-        }
-
-    def _import(self, module: str, name: str) -> None:
-        if module.split(".")[0] != _PACKAGE or not self.add(module):
-            return
-        if self.add(f"{module}.{name}"):
-            self._use_all(f"{module}.{name}")
-        else:
-            self._use(module, name)
-
-    def _use_all(self, module: str) -> None:
-        for statement in self._trees[module].body:
-            if not str(getattr(statement, "module", "")).startswith(_WORDS):
-                for name in _defined(statement):
-                    self._use(module, name)
-
-    def _use(self, module: str, name: str) -> None:
-        if name in self._used[module]:
-            return
-        self._used[module].add(name)
-        for statement in self._trees[module].body:
-            if name in _defined(statement):
-                if isinstance(statement, ast.ImportFrom):
-                    self._import(str(statement.module), name)
-                else:
-                    self.follow(statement, module)
-
-    def _source(self, module: str) -> bytes:
-        if module == _PACKAGE:
-            return b""
-        lines = _path_of(module).read_text(encoding="utf-8").splitlines(keepends=True)
-        for statement in reversed(self._trees[module].body):
-            defined = _defined(statement)
-            used = [name for name in defined if name in self._used[module]]
-            if used == defined and statement not in self._positions:
-                continue
-            if isinstance(statement, ast.ImportFrom):
-                statement.names = [alias for alias in statement.names if alias.name in used]
-            first = min([statement.lineno, *(each.lineno for each in getattr(statement, "decorator_list", []))])
-            lines[first - 1 : statement.end_lineno] = [ast.unparse(statement) + "\n"] if used else []
-        return "".join(lines).encode()
-
-
-def _path_of(module: str) -> Path:
-    path = _SOURCE.joinpath(*module.split(".")[1:])
-    return path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
-
-
-def _make_positions(tree: ast.Module, module: str) -> set[ast.stmt]:
-    """Turn each value that comes from the formats into its integer; return those statements."""
-    formats = {
-        alias.name
-        for statement in tree.body
-        if isinstance(statement, ast.ImportFrom) and statement.module == _FORMATS
-        for alias in statement.names
-    }
-    made: set[ast.stmt] = set()
-    for statement in tree.body:
-        if isinstance(statement, ast.Assign) and formats & {
-            node.id for node in ast.walk(statement.value) if isinstance(node, ast.Name)
-        }:
-            value = getattr(import_module(module), _defined(statement)[0])
-            statement.value = ast.Constant(int(value))
-            made.add(statement)
-    return made
-
-
-def _defined(statement: ast.stmt) -> list[str]:
-    """Return the names that a module gets by ``statement``."""
-    if isinstance(statement, (ast.FunctionDef, ast.ClassDef)):
-        return [statement.name]
-    if isinstance(statement, ast.ImportFrom):
-        return [alias.name for alias in statement.names]
-    targets = statement.targets if isinstance(statement, ast.Assign) else [getattr(statement, "target", None)]
-    return [node.id for target in targets if target for node in ast.walk(target) if isinstance(node, ast.Name)]
 
 
 def _pins(pins: PinMap) -> dict[str, dict[str, int]]:

@@ -15,7 +15,7 @@ from motorcade.boards.on_chip.power_on import KEYS_NEED_VERSION, NEEDED_VERSION
 from motorcade.config.pins import PinMap, load_pins
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.firmware.board_prompt import BoardPrompt, Facts
-from motorcade.firmware.car_files import LIBRARY, MAIN, PIN_FILES, board_files, templates
+from motorcade.firmware.car_files import EXTRAS, LIBRARY, MAIN, PIN_FILES, board_files, templates
 
 _FOREIGN_MAIN = "main_before_motorcade.py"
 # What mpy-cross makes; MicroPython 1.19 and later read it.
@@ -88,9 +88,7 @@ def install(
         _check_version(port, facts, KEYS_NEED_VERSION if "keys" in settings else NEEDED_VERSION)
         files = car_files(settings, facts.bytecode)
         differing = {path: data for path, data in files.items() if prompt.checksum(f"/{path}") != sha256(data).digest()}
-        # The same modules in the other form: MicroPython takes a .py file before a .mpy file.
-        modules, there = {_module(path) for path in files}, prompt.sizes(f"/{LIBRARY}")
-        stale = {path: size for path, size in there.items() if path[1:] not in files and _module(path[1:]) in modules}
+        stale = _stale(files, settings, prompt.sizes(f"/{LIBRARY}"))
         _check_room(port, facts, differing, stale)
         if differing or stale:
             _copy(prompt, files, differing, stale, progress)
@@ -99,6 +97,16 @@ def install(
         prompt.close()
     form = "mpy" if any(path.endswith(".mpy") for path in files) else "py"
     return Installed(chip, len(files), len(differing), sum(map(len, differing.values())), form)
+
+
+def _stale(files: dict[str, bytes], settings: dict[str, Any], there: dict[str, int]) -> dict[str, int]:
+    """Return which of the files that are there the car must not have, and their sizes.
+
+    These are its modules in the other form, since MicroPython takes a .py file before a .mpy file, and what another
+    choice of EXTRAS brought.
+    """
+    known = {_module(path) for path in (*files, *board_files(settings | dict.fromkeys(EXTRAS)))}
+    return {path: size for path, size in there.items() if path[1:] not in files and _module(path[1:]) in known}
 
 
 def _chip(port: str, facts: Facts, chosen: PinMap | None) -> str:

@@ -54,6 +54,10 @@ _PORTS_EVERY_S = 1.0
 ALL = "all"
 
 
+class NoSuchCarError(MotorcadeError):
+    """No car of that name was found."""
+
+
 class Cars:
     """The cars at many places, connected while the block runs: ``async with Cars(places) as cars: ...``.
 
@@ -173,9 +177,9 @@ class Cars:
         most = max(self._by_host.values(), key=len)
         if len(most) > len(self._by_host.get(host, ())) + 1:
             # The last first: so many that have not answered are not all cars.
-            leaving = next((each for each in reversed(most.values()) if not each.has_answered), None)
+            leaving = next((found for found in reversed(most.values()) if not found.has_answered), None)
         else:
-            leaving = next((each for each in self._found.values() if each.again and not each.has_answered), None)
+            leaving = next((found for found in self._found.values() if found.again and not found.has_answered), None)
         if leaving:
             self._forget(leaving.address)
         return leaving is not None
@@ -219,7 +223,7 @@ class Cars:
             return True
         asked = self._turns.most()
         if asked:
-            at = next((each for each in asked if not self._found[each].has_answered), asked[-1])
+            at = next((address for address in asked if not self._found[address].has_answered), asked[-1])
             self._tasks.pop(at).cancel()
             self._wait(self._found[at])
         return bool(asked)
@@ -243,24 +247,27 @@ class Cars:
 
     def _shown(self) -> list[Contact]:
         """Return all places that somebody named, serial ports, and what was announced as a car or answered."""
-        named = [each for each in self.contacts.values() if not (each.place.found and each.place.host)]
+        named = [contact for contact in self.contacts.values() if not (contact.place.found and contact.place.host)]
         return named + [way for found in self._found.values() for way in found.shown()]
 
     # What is known of them, and orders
 
     def statuses(self) -> list[CarStatus]:
         """Return what is known of each car, by name."""
-        return sorted((each.status() for each in self._shown()), key=lambda each: (each.name, each.where))
+        return sorted((contact.status() for contact in self._shown()), key=lambda status: (status.name, status.where))
 
     async def known(self, within_s: float) -> None:
         """Wait until each car has answered or failed once, at most ``within_s``."""
-        await self._until(lambda: all(each.is_known.is_set() for each in self._shown()), within_s)
+        await self._until(lambda: all(contact.is_known.is_set() for contact in self._shown()), within_s)
 
     async def confirmed(self, within_s: float) -> list[CarStatus]:
         """Wait until each car has confirmed the last order, at most ``within_s``; return those that haven't."""
-        await self._until(lambda: not (self._has_untried() or any(each.wanted for each in self._shown())), within_s)
+        await self._until(
+            lambda: not (self._has_untried() or any(contact.wanted for contact in self._shown())), within_s
+        )
         return sorted(
-            (each.status() for each in self._shown() if each.wanted), key=lambda each: (each.name, each.where)
+            (contact.status() for contact in self._shown() if contact.wanted),
+            key=lambda status: (status.name, status.where),
         )
 
     def named(self, names: Sequence[str]) -> list[Contact]:
@@ -269,19 +276,23 @@ class Cars:
         Raises MotorcadeError: nobody has a name, or two cars have it.
         """
         if ALL in names:
-            return [each for each in self._shown() if each.place.kind != DRIVE]
+            return [contact for contact in self._shown() if contact.place.kind != DRIVE]
         return [self._named(name) for name in dict.fromkeys(names)]
 
     def _named(self, name: str) -> Contact:
         # What somebody wrote counts before what a car, maybe a stranger's, says; what a stranger announces doesn't.
         known = self._shown()
-        written = [each for each in known if name in (each.place.address, each.place.name) and not each.place.found]
-        answered = [each for each in known if each.has_answered or not each.place.found]
-        found = written or [each for each in answered if name in (each.place.address, each.name)]
+        written = [
+            contact
+            for contact in known
+            if name in (contact.place.address, contact.place.name) and not contact.place.found
+        ]
+        answered = [contact for contact in known if contact.has_answered or not contact.place.found]
+        found = written or [contact for contact in answered if name in (contact.place.address, contact.name)]
         if not found:
-            raise MotorcadeError("no-such-car", car=safe_name(name))
+            raise NoSuchCarError("no-such-car", car=safe_name(name))
         if len(found) > 1:
-            where = ", ".join(sorted(each.place.address for each in found))
+            where = ", ".join(sorted(contact.place.address for contact in found))
             raise MotorcadeError("name-of-two-cars", car=safe_name(name), list=where)
         return found[0]
 
@@ -301,7 +312,7 @@ class Cars:
         """Make cars BLINK for 5 s, or give one the NAME ``new``, which it keeps. Raises MotorcadeError."""
         if kind == NAME:
             check_name(new)
-        asked = [each.ask(kind, new) for each in self.named(names)]
+        asked = [contact.ask(kind, new) for contact in self.named(names)]
         for result in await asyncio.gather(*asked, return_exceptions=True):
             if isinstance(result, BaseException):
                 raise result
@@ -443,7 +454,9 @@ class Finder:
 
     def _take(self, hosts: list[str], port: int, properties: dict[str, str | None]) -> None:
         kind, name, telemetry = (properties.get(key) or "" for key in ("kind", "name", "telemetry"))
-        telemetry_port = int(telemetry) if re.fullmatch("[0-9]{1,5}", telemetry) else 0
+        telemetry_port = 0
+        if re.fullmatch("[0-9]{1,5}", telemetry):
+            telemetry_port = int(telemetry)
         if not 0 < telemetry_port <= LAST_PORT:
             # The place is asked all the same: what a stranger says hides no car.
             telemetry_port = min(port + 1, LAST_PORT)

@@ -9,7 +9,7 @@ from time import monotonic
 from typing import NamedTuple
 
 from motorcade.drive.client import DriveClient
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import MotorcadeError, Phrase, TransferError
 from motorcade.fleet.link import Answer, Link, connect
 from motorcade.fleet.places import Place, safe_name
 from motorcade.sockets import LAST_PORT
@@ -32,6 +32,14 @@ _TELEMETRY_PORTS = 4
 # For so long it may be silent there, so long where it takes keys.
 _TELEMETRY_S, _TLS_TELEMETRY_S = 1.0, 3.0
 _BACK_S = 5.0
+
+
+class CarAwayError(TransferError):
+    """A car of the list doesn't answer now."""
+
+
+class NoCarError(TransferError):
+    """What answers isn't a car."""
 
 
 class CarStatus(NamedTuple):
@@ -128,7 +136,10 @@ class Contact:
     def status(self) -> CarStatus:
         """What is known of the car."""
         fields = self._fields
-        silent_s = None if self._heard_s is None else round(monotonic() - self._heard_s, 1)
+        if self._heard_s is None:
+            silent_s = None
+        else:
+            silent_s = round(monotonic() - self._heard_s, 1)
         texts = {key: safe_name(fields.get(key, "")) for key in ("role", "board", "version", "state")}
         return CarStatus(
             self.name,
@@ -160,21 +171,22 @@ class Contact:
                 self._hear(answer.result())
                 if not self._problem:
                     return
-        raise self._problem or MotorcadeError("car-away", car=self.name)
+        raise self._problem or CarAwayError("car-away", car=self.name)
 
     async def run(self) -> None:
         """Stay connected, and ask again and again until cancelled; return where what nobody named is no car."""
         while True:
             await self.attempt()
-            if self.place.found and self._problem and self._problem.code == "no-car-at-port":
+            if self.place.found and isinstance(self._problem, NoCarError):
                 return
             await asyncio.sleep(self.pause_s)
 
     @property
     def pause_s(self) -> float:
         """How long until the next try; whoever was no car, by what it said, costs little."""
-        is_strange = self._problem is not None and self._problem.code == "no-car-at-port"
-        return _STRANGE_S if is_strange else _AGAIN_S
+        if isinstance(self._problem, NoCarError):
+            return _STRANGE_S
+        return _AGAIN_S
 
     async def attempt(self) -> None:
         """Connect once, and ask again and again until the connection ends."""
@@ -194,7 +206,8 @@ class Contact:
 
     async def load(self, image: bytes, progress: "Callable[[Contact, int], None]") -> Verdict:
         """Upload ``image``, again where the connection breaks; ``progress`` gets the number of bytes sent so far."""
-        holds, error = AWAY, None
+        holds = AWAY
+        error: MotorcadeError | None = None
         for number in range(_TRIES):
             # A car that is known to be away keeps nobody waiting.
             with suppress(TimeoutError):
@@ -215,9 +228,9 @@ class Contact:
                 holding = holds_phrase(holds)
                 if self.place.host:
                     reason = Phrase("connection-ended")
-                    error = MotorcadeError("connection-broke", port=self.name, reason=reason, holds=holding)
+                    error = TransferError("connection-broke", port=self.name, reason=reason, holds=holding)
                 else:
-                    error = MotorcadeError("went-away", port=self.name, holds=holding)
+                    error = TransferError("went-away", port=self.name, holds=holding)
                 self._answers.clear()
                 if link.is_strange:
                     break
@@ -228,7 +241,7 @@ class Contact:
             await asyncio.sleep(BEAT_S)
         if holds == AWAY:
             # What is wrong with a port says more.
-            error = (None if self.place.host else self._problem) or MotorcadeError("car-away", car=self.name)
+            error = (None if self.place.host else self._problem) or CarAwayError("car-away", car=self.name)
         return Verdict(self.name, self.place.address, holds, error)
 
     async def _use(self, link: Link) -> None:
@@ -244,13 +257,16 @@ class Contact:
             if self._loads or not is_asked:
                 # Its answers to the upload tell as much.
                 self._heard_s = monotonic()
-            missed = missed + 1 if self._heard_s == heard_s else 0
+            if self._heard_s == heard_s:
+                missed = missed + 1
+            else:
+                missed = 0
             if missed:
                 self._answers.clear()
                 self.is_known.set()
         if link.is_strange or not (self.place.host or link.heard):
-            raise MotorcadeError("no-car-at-port", port=self.place.address)
-        raise MotorcadeError("car-away", car=self.name)
+            raise NoCarError("no-car-at-port", port=self.place.address)
+        raise CarAwayError("car-away", car=self.name)
 
     def _send(self, link: Link, kind: str) -> None:
         orders = self._orders
@@ -287,22 +303,26 @@ class DriveContact(Contact):
 
     def add_telemetry_port(self, port: int) -> None:
         """Look for telemetry at this port too, first; of many the oldest is left out, but not the usual one."""
-        usual = [self.place.port + 1] if self.place.port < LAST_PORT else []
+        usual = []
+        if self.place.port < LAST_PORT:
+            usual = [self.place.port + 1]
         others = [other for other in self._telemetry_ports if other not in (port, *usual)]
         self._telemetry_ports = list(dict.fromkeys([port, *others[: _TELEMETRY_PORTS - 2], *usual]))
 
     def status(self) -> CarStatus:
         known = super().status()
-        telemetry = self._client.telemetry if self._client else None
+        telemetry = None
+        if self._client:
+            telemetry = self._client.telemetry
         if telemetry is None:
             return known
         return known._replace(state=safe_name(telemetry.state or ""), battery_mv=telemetry.battery_mv, away=False)
 
     async def ask(self, kind: str, name: str = "") -> None:
-        raise MotorcadeError("car-only-drives", car=self.name)
+        raise TransferError("car-only-drives", car=self.name)
 
     async def load(self, image: bytes, progress: "Callable[[Contact, int], None]") -> Verdict:
-        return Verdict(self.name, self.place.address, OLD, MotorcadeError("car-only-drives", car=self.name))
+        return Verdict(self.name, self.place.address, OLD, TransferError("car-only-drives", car=self.name))
 
     @property
     def answers(self) -> bool:
@@ -330,7 +350,10 @@ class DriveContact(Contact):
                 if client.telemetry and (kind := self.wanted):
                     with suppress(MotorcadeError):
                         await (client.stop() if kind == STOP else client.clear())
-                        self.wanted = "" if self.wanted == kind else self.wanted
+                        if self.wanted == kind:
+                            self.wanted = ""
+                        else:
+                            self.wanted = self.wanted
                 if place.found and client.problem and not self.has_answered:
                     return
                 await asyncio.sleep(_ORDER_S)
@@ -343,10 +366,14 @@ class DriveContact(Contact):
         """For how long what nobody named may be silent."""
         if self.has_answered:
             return AWAY_S
-        return _TLS_TELEMETRY_S if self._tls else _TELEMETRY_S
+        if self._tls:
+            return _TLS_TELEMETRY_S
+        return _TELEMETRY_S
 
 
 def _number(text: str | None, base: int) -> int | None:
     """Return the number in a stranger's text, None where it is none of at most eight digits."""
     allowed = "0123456789abcdef"[:base]
-    return int(text, base) if text and len(text) <= 8 and all(each in allowed for each in text) else None
+    if text and len(text) <= 8 and all(character in allowed for character in text):
+        return int(text, base)
+    return None

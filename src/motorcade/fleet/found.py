@@ -36,7 +36,10 @@ class Found:
         drive = network_place(place.host, place.port, place.name, DRIVE, telemetry_port)
         self.drive = DriveContact(drive._replace(found=True), tls, baud)
         self.ways: tuple[Contact, Contact] = (Contact(where, tls, baud), self.drive)
-        self._alone_s = _TLS_ALONE_S if tls else _ALONE_S
+        if tls:
+            self._alone_s = _TLS_ALONE_S
+        else:
+            self._alone_s = _ALONE_S
         self.announced: set[str] = set()
         self.tries = 0
         self.again: asyncio.TimerHandle | None = None
@@ -53,7 +56,9 @@ class Found:
     def pause_s(self) -> float:
         """How long until the next try: ever longer where nothing has answered yet."""
         pause_s = max(way.pause_s for way in self.ways)
-        return pause_s if self.has_answered else min(pause_s * 2.0**self.tries, _LONGEST_PAUSE_S)
+        if self.has_answered:
+            return pause_s
+        return min(pause_s * 2.0**self.tries, _LONGEST_PAUSE_S)
 
     def announce(self, place: Place) -> None:
         if place.kind in (CAR, DRIVE):
@@ -164,4 +169,6 @@ class Turns:
         Empty where the host whose turn is next would have as many if one of them gave way to it.
         """
         ((host, count),) = self._counts.most_common(1) or [("", 0)]
-        return list(self._running[host]) if count > self._counts[self.host] + 1 else []
+        if count > self._counts[self.host] + 1:
+            return list(self._running[host])
+        return []

@@ -15,13 +15,13 @@ from time import monotonic
 
 import serial
 
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, TransferError
 from motorcade.fleet.places import Place, network_place
 from motorcade.timing import monotonic_ms
 from motorcade.upload.serial_port import open_port
 from motorcade.upload.transfer import Transfer, UploadTransfer
 from motorcade.words.request import car_request, read_answer
-from motorcade.words.upload import printable
+from motorcade.words.uploader import printable
 
 CONNECT_S = 1.5
 # A microcontroller waits for a moment in which it may stand still, and then computes for a second.
@@ -107,7 +107,9 @@ class Link(asyncio.BufferedProtocol):
     def address(self) -> str:
         """The other end's address in a network; empty for a serial port."""
         peer = self._transport.get_extra_info("peername")
-        return network_place(*peer[:2]).address if peer else ""
+        if peer:
+            return network_place(*peer[:2]).address
+        return ""
 
     def close(self) -> None:
         """End the connection."""
@@ -167,7 +169,9 @@ class Link(asyncio.BufferedProtocol):
 
     def _take_line(self, line: bytes) -> None:
         fields = read_answer(line)
-        answered = fields.get("car", "") if fields else ""
+        answered = ""
+        if fields:
+            answered = fields.get("car", "")
         result: Answer | None = fields
         if not answered and self._uploaded is not None:
             self._uploaded.append(line + b"\n")
@@ -204,11 +208,13 @@ async def connect(place: Place, tls: ssl.SSLContext | None, baud: int) -> Link:
             link.connection_made(secured)
     except ssl.SSLError as problem:
         # It answers without TLS.
-        code = "car-takes-no-keys" if problem.reason == "WRONG_VERSION_NUMBER" else "car-keys-refused"
-        raise MotorcadeError(code, address=place.address) from None
+        code = "car-keys-refused"
+        if problem.reason == "WRONG_VERSION_NUMBER":
+            code = "car-takes-no-keys"
+        raise TransferError(code, address=place.address) from None
     except (OSError, UnicodeError) as problem:
         # UnicodeError: no host can have that name.
-        raise MotorcadeError("no-car-at-address", port=place.address, reason=problem) from None
+        raise TransferError("no-car-at-address", port=place.address, reason=problem) from None
     return link
 
 
@@ -237,7 +243,7 @@ def _socket_of(port: serial.Serial) -> socket.socket:
 
 def _refusal(reason: str) -> MotorcadeError:
     if reason.startswith("name-"):
-        return MotorcadeError("car-keeps-no-name")
+        return TransferError("car-keeps-no-name")
     if reason.startswith("image-header"):
-        return MotorcadeError("car-old-protocol")
-    return MotorcadeError("car-refuses", reason=reason)
+        return TransferError("car-old-protocol")
+    return TransferError("car-refuses", reason=reason)

@@ -9,17 +9,14 @@ import socket
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from motorcade.config.files import parse, read_text
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import MotorcadeError, Phrase, TransferError
 from motorcade.extras import install_command
 from motorcade.sockets import DRIVE_PORT, host_and_port, port_behind, way_out
-
-if TYPE_CHECKING:
-    from zeroconf import Zeroconf
 
 SERVICE = "_motorcade._tcp.local."
 CAR, DRIVE, CLASS, STUDIO = "car", "drive", "class", "studio"
@@ -64,7 +61,7 @@ def place_of(address: str, name: str = "") -> Place:
     # COM3 and /dev/ttyUSB0 have no colon; a path such as /dev/serial/by-id/… may.
     if not kind and (scheme or not host or rest.startswith("/") or not port.isdecimal()):
         if not rest or not address.isprintable():
-            raise MotorcadeError("not-a-port-name", port=address)
+            raise TransferError("not-a-port-name", port=address)
         return Place(address.strip(), name)
     return network_place(*host_and_port(rest, DRIVE_PORT if kind == DRIVE else UPLOAD_PORT), name, kind or CAR)
 
@@ -74,8 +71,13 @@ def network_place(host: str, port: int, name: str = "", kind: str = CAR, telemet
 
     Raises MotorcadeError where there is no next port.
     """
-    shown = f"[{host}]" if ":" in host else host
-    address = f"drive://{shown}:{port}" if kind == DRIVE else f"{shown}:{port}"
+    shown = host
+    if ":" in host:
+        shown = f"[{host}]"
+    if kind == DRIVE:
+        address = f"drive://{shown}:{port}"
+    else:
+        address = f"{shown}:{port}"
     if kind == DRIVE:
         telemetry_port = telemetry_port or port_behind(port)
     return Place(address, name, kind, host, port, telemetry_port)
@@ -101,13 +103,17 @@ def list_text(cars: Iterable[tuple[str, str]]) -> str:
 
 def safe_name(text: str) -> str:
     """Return a stranger's text as a name: on one line, without characters that change others, at most 40."""
-    kept = [each for each in text[: 4 * _LONGEST_NAME] if unicodedata.category(each)[0] not in "CZ" or each == " "]
+    kept = [
+        character
+        for character in text[: 4 * _LONGEST_NAME]
+        if unicodedata.category(character)[0] not in "CZ" or character == " "
+    ]
     return "".join(kept).strip()[:_LONGEST_NAME]
 
 
 def check_name(name: str) -> None:
     """Check a new name of a car. Raises MotorcadeError: letters of any language, digits, '-' and '_', 32 bytes."""
-    letters = all(each.isalnum() or each in "-_" for each in name)
+    letters = all(character.isalnum() or character in "-_" for character in name)
     if not letters or not 0 < len(name.encode("utf-8", "replace")) <= 32 or name.lower() == "all":
         raise MotorcadeError("bad-car-name", name=safe_name(name) or Phrase("nothing"))
 
@@ -138,24 +144,23 @@ def announced(
         return
     host = (way_out() if address.is_unspecified else None) or host
     # A car says its own name, which may change.
-    name = "" if kind == CAR else name or socket.gethostname()
+    if kind == CAR:
+        name = ""
+    else:
+        name = name or socket.gethostname()
     text = {"kind": kind, "name": name[:_LONGEST_ANNOUNCED]} | {key: str(value) for key, value in properties.items()}
     label = "-".join(re.findall(r"\w+", f"{kind} {host} {port}"))
 
-    def register() -> "Zeroconf | None":
-        network = None
-        try:
-            from zeroconf import ServiceInfo, Zeroconf
+    server = f"motorcade-{label}.local."
+    announcing = ExitStack()
 
-            network = Zeroconf(interfaces=[host])
-            server = f"motorcade-{label}.local."
-            info = ServiceInfo(SERVICE, f"{label}.{SERVICE}", port, 0, 0, text, server, parsed_addresses=[host])
-            network.register_service(info, allow_name_change=True)
+    def register() -> None:
+        try:
+            announcing.enter_context(registered(SERVICE, label, port, text, server, [host], allow_name_change=True))
         except ModuleNotFoundError:
             problem(MotorcadeError("announcing-needs-zeroconf", command=install_command("fleet")))
         except Exception as found:  # noqa: BLE001 - whatever the network's stack raises, the car runs on
             problem(MotorcadeError("not-announced", reason=str(found) or type(found).__name__))
-        return network
 
     # In the background, since asking whether the name is free takes a second.
     with ThreadPoolExecutor(1) as background:
@@ -163,5 +168,39 @@ def announced(
         try:
             yield
         finally:
-            if network := registering.result():
-                network.close()
+            registering.result()
+            announcing.close()
+
+
+@contextmanager
+def registered(
+    service: str,
+    label: str,
+    port: int,
+    properties: dict[str, str],
+    server: str,
+    hosts: list[str],
+    allow_name_change: bool = False,
+) -> Iterator[None]:
+    """Announce a service by multicast DNS while the block runs; asking whether its name is free takes a second.
+
+    Args:
+        service: its kind, such as `SERVICE`.
+        label: its name in front of that; ``allow_name_change`` numbers it where the network has one of that name.
+        port: where it listens.
+        properties: more for those who find it.
+        server: the name that stands for ``hosts``, with a dot at its end.
+        hosts: the addresses of this computer that are announced, each at its own interface.
+
+    Raises:
+        ModuleNotFoundError: zeroconf isn't installed.
+        zeroconf.NonUniqueNameException: the name is taken.
+        OSError, RuntimeError: an interface can't do it, or is gone.
+    """
+    from zeroconf import ServiceInfo, Zeroconf
+
+    full_name = f"{label}.{service}"
+    info = ServiceInfo(service, full_name, port, properties=properties, server=server, parsed_addresses=hosts)
+    with closing(Zeroconf(interfaces=hosts)) as network:
+        network.register_service(info, allow_name_change=allow_name_change)
+        yield

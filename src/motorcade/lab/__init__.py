@@ -1,4 +1,10 @@
-"""A laboratory for those who study swarms: environments for learning, and capsules of sweeps."""
+"""A laboratory for those who study swarms: sweeps, environments for learning, capsules, and the search for programs.
+
+A sweep is many programs, mats, parameters and seeds in one table. `spec` reads its specification and knows what can
+vary, `plan` divides the runs into tasks, `task` does one, `run` does all of them, on this computer or on a cluster, and
+`capsule` packs a sweep so that others can repeat it. `environments` are worlds for programs that learn. `search` finds
+programs for a mission, whose runs `grading` judges. Nothing but the laboratory's commands imports this package.
+"""
 
 from typing import TYPE_CHECKING
 

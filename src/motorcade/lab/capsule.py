@@ -30,10 +30,10 @@ from motorcade import __version__
 from motorcade.config.files import decoded, parse, read_bytes, replace_file
 from motorcade.config.profile import profile_from_dict
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.experiments.plan import Plan, code_hash
-from motorcade.experiments.run import ProgressBar, Workers, read_rows
-from motorcade.experiments.spec import parse_sweep
-from motorcade.experiments.task import DIGESTS, checkpoint_ticks
+from motorcade.lab.plan import Plan, code_hash
+from motorcade.lab.run import ProgressBar, Workers, read_rows
+from motorcade.lab.spec import parse_sweep
+from motorcade.lab.task import DIGESTS, checkpoint_ticks
 from motorcade.mats.document import cars_of, document_of, mat_of
 from motorcade.words.image import parse_image_bytes
 

@@ -25,13 +25,13 @@ from matplotlib.figure import Figure
 
 from motorcade.config.files import locked, parse, read_bytes, replace_file
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.experiments.plan import code_hash
-from motorcade.experiments.run import ProgressBar, Workers, no_bar
+from motorcade.lab.grading import Graded, grade_runs
+from motorcade.lab.plan import code_hash
 from motorcade.lab.programs import ProgramSource
+from motorcade.lab.run import ProgressBar, Workers, no_bar
 from motorcade.missions.check import check_program
-from motorcade.missions.grading import Graded, grade_runs
+from motorcade.missions.kinds import GOALS
 from motorcade.missions.model import Mission
-from motorcade.missions.schema import GOALS, WORKS
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program, count_blocks
 from motorcade.runs.drawing import picture_text
@@ -49,7 +49,7 @@ _BLOCK = 1e-4
 
 Method = Literal["map-elites", "racing", "random"]
 # What a search's outcome depends on, beside what a sweep's does.
-GRADED_BY = ("lab", "missions", "program")
+GRADED_BY = ("missions", "program")
 # The runs of a batch, which share a World.
 _BATCH_RUNS = 32
 # MAP-Elites and racing draw this share of their programs anew, and change others for the rest.
@@ -274,7 +274,7 @@ class Search:
         if runs < 1:
             raise MotorcadeError("search-without-runs", runs=runs)
         # Else a run changes nothing.
-        if all(GOALS[goal.kind].is_static for goal in mission.goals if goal.kind not in ("all-by", WORKS)):
+        if not any(GOALS[goal.kind].decided_by == "run" for goal in mission.goals):
             raise MotorcadeError("mission-not-gradable", mission=mission.name)
         self.mission, self.method, self.runs = mission, method, runs
         self.best = BestPrograms(seed)

@@ -33,8 +33,9 @@ from motorcade.mats.model import flags
 from motorcade.mats.schema import LAST_S
 from motorcade.missions.check import grade_of
 from motorcade.missions.document import built_in_mission
+from motorcade.missions.goal import EVERY_MS
 from motorcade.missions.model import Mission
-from motorcade.missions.watch import EVERY_MS, MissionWatch, begun_words, run_to_next
+from motorcade.missions.watch import MissionWatch, begun_words, run_to_next
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program
 from motorcade.words.formats import CONTROL

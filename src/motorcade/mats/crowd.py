@@ -10,7 +10,7 @@ from operator import add
 from random import Random
 
 from motorcade.config.check import Text
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MatError, MotorcadeError
 from motorcade.mats.geometry import Budget, PointRow, SweepLine
 
 _Positions = tuple["array[float]", "array[float]"]
@@ -58,7 +58,7 @@ def place_crowd(
     """
     if crowd.leaders > crowd.cars:
         details = {"place": crowd.place, "leaders": crowd.leaders, "cars": crowd.cars}
-        raise MotorcadeError("crowd-has-too-many-leaders", file=crowd.file, **details)
+        raise MatError("crowd-has-too-many-leaders", file=crowd.file, **details)
     generator = _generator(crowd.seed)
     if crowd.placement == "random":
         x_m, y_m = _at_random(crowd, sweep, budget, generator)
@@ -175,7 +175,7 @@ def _shuffle(values: list[int], generator: Random) -> None:
 def _no_room(crowd: Crowd, free: int) -> MotorcadeError:
     width, height = crowd.size_m
     details = {"free": free, "cars": crowd.cars, "width": width, "height": height, "spacing": crowd.spacing_m}
-    return MotorcadeError("crowd-has-no-room", file=crowd.file, place=crowd.place, **details)
+    return MatError("crowd-has-no-room", file=crowd.file, place=crowd.place, **details)
 
 
 def _spread(x_m: list[float], y_m: list[float], leaders: int) -> list[int]:

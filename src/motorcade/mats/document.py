@@ -14,7 +14,7 @@ from motorcade.config.arguments import instance_of, not_allowed, to_list
 from motorcade.config.check import Text, load
 from motorcade.config.files import Kind, parse, read_text
 from motorcade.config.profile import Profile
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import MatError, MotorcadeError, Phrase
 from motorcade.mats.crowd import Crowd, place_crowd
 from motorcade.mats.geometry import Budget, Points, SweepLine, close_pair, obstructed
 from motorcade.mats.model import Corners, Line, Mat, Person, Physics, Point, Starts, Voice, flags, floats
@@ -41,7 +41,7 @@ def read_mat(path: str | Path) -> Mat:
     file = Phrase("mat-named", name=path.name)
     kind = _KINDS.get(path.suffix.lower())
     if kind is None:
-        raise MotorcadeError("mat-file-ending", file=file)
+        raise MatError("mat-file-ending", file=file)
     return parse_mat(read_text(path, file), path.name, kind)
 
 
@@ -55,7 +55,7 @@ def document_in(text: str, name: str, kind: Kind) -> Any:
     document = parse(text, kind, Phrase("mat-named", name=name))
     if isinstance(document, dict) and str(document.get("format")).startswith(_PROJECT):
         if document.get("mat") is None:
-            raise MotorcadeError("project-without-mat", file=name)
+            raise MatError("project-without-mat", file=name)
         return document["mat"]
     return document
 
@@ -100,14 +100,14 @@ def check_starts(mat: Mat, profile: Profile) -> None:
     file = Phrase("mat-named", name=mat.name)
     starts = mat.starts
     if not len(starts):
-        raise MotorcadeError("mat-needs-cars", file=file)
+        raise MatError("mat-needs-cars", file=file)
     columns = starts.x_m.tolist(), starts.y_m.tolist(), starts.heading.tolist()
     limits = (("x-of-car", FARTHEST_M), ("y-of-car", FARTHEST_M), ("heading-of-car", MOST_HEADING))
     for (key, most), values in zip(limits, columns, strict=True):
         for car, value in enumerate(values):
             if not -most <= value <= most:
                 what = Phrase(key, car=_name_of(mat, car))
-                raise MotorcadeError("start-out-of-range", file=file, what=what, value=value, most=most)
+                raise MatError("start-out-of-range", file=file, what=what, value=value, most=most)
     if mat.physics.collisions:
         _check_room(mat, *columns[:2], profile.body.diameter_mm / 1000, file)
 
@@ -125,7 +125,7 @@ def _check_room(mat: Mat, x_m: Points, y_m: Points, diameter_m: float, file: Tex
 
     def error(code: str, car: int, **details: Any) -> MotorcadeError:
         details |= {"car": _name_of(mat, car), "x": x_m[car], "y": y_m[car], "diameter": diameter_m}
-        return MotorcadeError(code, file=file, **details)
+        return MatError(code, file=file, **details)
 
     if mat.walled and mat.size_m is not None:
         width, height = mat.size_m
@@ -227,7 +227,7 @@ def _place_cars(mat: Mat, cars: list[dict[str, Any]], crowds: list[dict[str, Any
     """Place all cars: first each of ``cars``, then crowd by crowd."""
     total = len(cars) + sum(crowd["cars"] for crowd in crowds)
     if total > MOST_CARS:
-        raise MotorcadeError("mat-has-too-many-cars", file=file, count=total, most=MOST_CARS)
+        raise MatError("mat-has-too-many-cars", file=file, count=total, most=MOST_CARS)
     x_m, y_m = (array("d", [car["at_m"][axis] for car in cars]) for axis in (0, 1))
     heading = array("d", [math.radians(car["heading_deg"]) for car in cars])
     leads = bytearray(car["role"] == "leader" for car in cars)
@@ -237,7 +237,7 @@ def _place_cars(mat: Mat, cars: list[dict[str, Any]], crowds: list[dict[str, Any
     for number, table in enumerate(crowds):
         place, area = f"crowd[{number}]", {"corner_m": (0.0, 0.0), "size_m": mat.size_m} if mat.size_m else {}
         if "corner_m" not in table and not area:
-            raise MotorcadeError("crowd-without-area", file=file, place=place)
+            raise MatError("crowd-without-area", file=file, place=place)
         crowd = Crowd(file=file, place=place, **(area | table))
         # A crowd's cars stand half of their spacing from obstacles, and all of it from listed cars.
         apart = [(x, y, crowd.spacing_m / 2) for x, y in listed]
@@ -255,29 +255,29 @@ def _place_cars(mat: Mat, cars: list[dict[str, Any]], crowds: list[dict[str, Any
 def check_outlines(mat: Mat, file: Text) -> None:
     """Raise MotorcadeError where a wall, a polygon or a path is not valid; the error calls the mat ``file``."""
     if mat.walled and mat.size_m is None:
-        raise MotorcadeError("edge-without-size", file=file)
+        raise MatError("edge-without-size", file=file)
     for number, (x0, y0, x1, y1) in enumerate(mat.walls):
         if (x1 - x0) ** 2 + (y1 - y0) ** 2 < _SMALLEST_M2:
-            raise MotorcadeError("wall-without-length", file=file, place=f"wall[{number}]")
+            raise MatError("wall-without-length", file=file, place=f"wall[{number}]")
     pairs = 0
     for number, corners in enumerate(mat.polygons):
         place = f"polygon[{number}].corners_m"
         beside = _beside(corners)
         pairs += sum(len(others) for _, others in beside)
         if pairs > _MOST_PAIRS:
-            raise MotorcadeError("polygons-too-detailed", file=file, place=place)
+            raise MatError("polygons-too-detailed", file=file, place=place)
         if fault := _fault_of(corners, beside):
             code, sides = fault
-            raise MotorcadeError(code, file=file, place=place, **sides)
+            raise MatError(code, file=file, place=place, **sides)
     for number, person in enumerate(mat.people):
         place = f"person[{number}].path"
         times = [t_s for t_s, _, _ in person.path]
         if times[0] != 0:
-            raise MotorcadeError("path-begins-late", file=file, place=f"{place}[0]", time=times[0])
+            raise MatError("path-begins-late", file=file, place=f"{place}[0]", time=times[0])
         for step in range(1, len(times)):
             if times[step] - times[step - 1] < _SHORTEST_S * (1 - 1e-6):
                 details = {"time": times[step], "before": times[step - 1]}
-                raise MotorcadeError("path-times-not-rising", file=file, place=f"{place}[{step}]", **details)
+                raise MatError("path-times-not-rising", file=file, place=f"{place}[{step}]", **details)
 
 
 def _fault_of(corners: Corners, beside: Sequence[tuple[int, Sequence[int]]]) -> tuple[str, dict[str, int]] | None:

@@ -14,7 +14,7 @@ from operator import sub
 from typing import Literal, NamedTuple
 
 from motorcade.config.check import Text
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MatError
 from motorcade.mats.model import Disc, Mat
 
 Points = Sequence[float]
@@ -115,7 +115,7 @@ class Budget:
         """Take from what is left. Raises MotorcadeError where it isn't enough."""
         self.left -= tests
         if self.left < 0:
-            raise MotorcadeError("mat-too-detailed", file=self._file)
+            raise MatError("mat-too-detailed", file=self._file)
 
 
 class SweepLine:

@@ -9,7 +9,7 @@ from itertools import compress
 from typing import Any, Self
 
 from motorcade.config.arguments import instance_of, not_allowed, to_list, to_number, to_whole
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import MatError, Phrase
 
 Point = tuple[float, float]
 Wall = tuple[float, float, float, float]
@@ -60,7 +60,7 @@ class Starts:
             object.__setattr__(self, name, floats(getattr(self, name)))
         object.__setattr__(self, "leads", flags(self.leads))
         if len({len(self.x_m), len(self.y_m), len(self.heading), len(self.leads)}) > 1:
-            raise MotorcadeError("starts-differ-in-length")
+            raise MatError("starts-differ-in-length")
 
     def __len__(self) -> int:
         return len(self.x_m)
@@ -103,7 +103,7 @@ def _bytes_of(values: Any, kind: str) -> bytes | None:
     except TypeError:
         return None
     if given.ndim != 1:
-        raise MotorcadeError("starts-differ-in-length")
+        raise MatError("starts-differ-in-length")
     return given.tobytes() if given.format == kind else None
 
 

@@ -11,15 +11,15 @@ from motorcade.engine.moment import Event, Moment
 from motorcade.engine.simulation import Simulation
 from motorcade.errors import Phrase
 from motorcade.mats.model import Mat
-from motorcade.missions.goals import MOST_UNMET, GoalState, needed_of
+from motorcade.missions.goal import MOST_UNMET, GoalState, needed_of
+from motorcade.missions.kinds import GOALS
 from motorcade.missions.model import Goal, Mission
 from motorcade.missions.odds import Odds, OpenWorlds, Trial, other_seeds, works
-from motorcade.missions.schema import WORKS
 from motorcade.missions.watch import MissionWatch, begun_words, run_to_next
 from motorcade.program.compiler import compile_program
 from motorcade.program.decompiler import DecompileError, decompile
 from motorcade.program.model import Program, placed_steps
-from motorcade.words.image import bytes_to_words
+from motorcade.words.packing import bytes_to_words
 
 # The kind of the result for steps that the mission does not allow.
 STEPS = "steps"
@@ -118,7 +118,9 @@ def _check(
     grades = [watch.grades() for watch in watches.values()]
     means = [fmean(each) for each in zip(*grades, strict=True)]
     results = [
-        _tried(mission, goal, image, open_worlds) if goal.kind == WORKS else _worst(mission, number, states, grade)
+        _tried(mission, goal, image, open_worlds)
+        if GOALS[goal.kind].tries_other_seeds
+        else _worst(mission, number, states, grade)
         for number, (goal, grade) in enumerate(zip(mission.goals, means, strict=True))
     ]
     grade = fmean(grade_of(mission, each) for each in grades)
@@ -129,7 +131,7 @@ def _check(
 
 
 def _tried(mission: Mission, goal: Goal, image: bytes, open_worlds: OpenWorlds) -> GoalResult:
-    """The result of a goal of the kind WORKS: in how many runs on other seeds the first star's goals are met."""
+    """The result of a goal that other seeds decide: in how many of their runs the first star's goals are met."""
     odds = Odds(mission, image, other_seeds(mission, goal.values["seeds"]), open_worlds)
     trials: list[Trial] = []
     while not odds.is_over:
@@ -162,7 +164,7 @@ def grade_of(mission: Mission, grades: Iterable[float]) -> float:
     """
     stars: dict[int, list[float]] = {}
     for goal, grade in zip(mission.goals, grades, strict=True):
-        if goal.kind != WORKS:
+        if not GOALS[goal.kind].tries_other_seeds:
             stars.setdefault(goal.star, []).append(grade)
     means = {star: fmean(each) for star, each in stars.items()}
     return fmean(mean if star == 1 else mean * means[1] for star, mean in means.items())

@@ -20,14 +20,15 @@ from motorcade.locales import FIRST, languages
 from motorcade.mats.document import check_mat, mat_of
 from motorcade.mats.model import Mat
 from motorcade.mats.schema import FORMAT as MAT_FORMAT
+from motorcade.missions.kinds import GOALS
 from motorcade.missions.model import Goal, Mission, Notes, Sentence, Wording, Zone
-from motorcade.missions.schema import GOALS, PATHS, WORKS, goal_schema, mission_schema
+from motorcade.missions.schema import PATHS, goal_schema, mission_schema
 from motorcade.program.model import FORMAT as PROGRAM_FORMAT
 from motorcade.program.model import Program, program_from_dict, read_program
 
 # How many seconds of one car all seeds may take together; a computer simulates some 15,000 in a second.
 MOST_CAR_SECONDS = 60_000
-# The same of a goal of the kind WORKS, whose runs are only judged: some 100,000 in a second.
+# The same of a goal that other seeds decide, whose runs are only judged: some 100,000 in a second.
 _MOST_JUDGED_CAR_SECONDS = 300_000
 # The id of a mission that is no file of the command line's, and has no other id.
 OWN = "own"
@@ -35,8 +36,6 @@ OWN = "own"
 GALLERY, LITERATURE = "gallery", "literature"
 # The page's editor calls them so.
 _ZONE_LABELS = {"name": "zoneName", "corners_m": "corners", "centre_m": "left", "radius_m": "width"}
-# The kinds of goals that are met at a moment of the run, from which on they stay met.
-_REACHED = ("in-zone", "out-of-zone", "travelled", "heading", "lit", "together")
 _KINDS: dict[str, Kind] = {".toml": "TOML", ".json": "JSON"}
 # Reads a project file that a mission names; raises MotorcadeError or OSError.
 Reader = Callable[[str], bytes]
@@ -209,22 +208,19 @@ class _Reading:
             raise MotorcadeError("mission-without-first-star", file=self._file)
         if not len(mat.starts.leaders):
             raise MotorcadeError("mission-without-leader", file=self._file)
-        for number, goal in enumerate(goals):
-            if goal.kind == "stopped-by-voice" and not any(voice.word == "stop" for voice in mat.voices):
-                raise self._fault("mission-without-voice", ("goal", number))
-            if goal.kind == WORKS and goal.star == 1:
-                raise self._fault("not-allowed", ("goal", number, "star"), "1", "2, 3")
-            if goal.kind == "all-by":
-                other = goals[goal.values["goal"] - 1] if goal.values["goal"] <= len(goals) else None
-                if other is None or other.values.get("at") == "always" or other.kind not in _REACHED:
-                    raise self._fault("mission-goal-not-reached", ("goal", number, "goal"))
+        declared = [(goal, GOALS[goal.kind]) for goal in goals]
+        for number, (goal, kind) in enumerate(declared):
+            fault = kind.fault(goal, declared, mat)
+            if fault is not None:
+                place = ("goal", number) if fault.key is None else ("goal", number, fault.key)
+                raise self._fault(fault.code, place, fault.value, fault.allowed)
 
     def _check_size(self, checked: dict[str, Any]) -> None:
         """Before the cars are placed: a crowd is one line, yet it may have millions of cars."""
         cars = len(checked["mat"]["car"]) + sum(crowd["cars"] for crowd in checked["mat"]["crowd"])
         seconds, seeds = checked["seconds"], len(checked["seeds"])
-        others = [goal.get("seeds", 100) for goal in checked["goal"] if goal["kind"] == WORKS]
-        for count, most in ((seeds, MOST_CAR_SECONDS), *((each, _MOST_JUDGED_CAR_SECONDS) for each in others)):
+        others = [GOALS[goal["kind"]].other_runs(goal) for goal in checked["goal"]]
+        for count, most in ((seeds, MOST_CAR_SECONDS), (max(others), _MOST_JUDGED_CAR_SECONDS)):
             if cars * seconds * count > most:
                 size = {"cars": cars, "seconds": seconds, "seeds": count, "most": most}
                 raise MotorcadeError("mission-too-large", file=self._file, **size)

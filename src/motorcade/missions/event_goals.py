@@ -6,85 +6,69 @@ A slot is the time in which the leader sends one word.
 import math
 from abc import abstractmethod
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, ClassVar
 
 from motorcade.car.brain import STILL
-from motorcade.config.profile import Profile
+from motorcade.config.check import number as a_number
+from motorcade.config.check import whole
 from motorcade.engine.moment import Event, Moment
+from motorcade.engine.slots import Slots
 from motorcade.errors import Phrase
 from motorcade.mats.geometry import surfaces
 from motorcade.mats.model import Mat
-from motorcade.missions.goals import (
-    FixedWatch,
+from motorcade.missions.goal import (
+    CARS,
+    WHO,
+    Attempt,
+    GoalFault,
+    GoalKind,
     GoalProgress,
+    GoalRun,
     GoalState,
-    GoalWatch,
     car_phrase,
     done_phrase,
     lost_phrase,
     needed_of,
+    seconds,
 )
 from motorcade.missions.model import Goal, Mission
 from motorcade.program.compiler import length_ms
-from motorcade.words.image import Image
-from motorcade.words.infrared import TAGS, slot_tags
 
 # Two bodies that stand nearer than this touch, for the sentence about a touch.
 _TOUCH_M = 0.01
 # A car has stopped by this time after a voice said so.
 _VOICE_MS = 300
+_COUNT = whole(0, 255, title="how many at most")
 
 
-class Slots:
-    """Which slot the beginning of a word belongs to, for leaders of one image that were switched on at 0 ms.
-
-    A bare word is known by its bits, and counts for the slot in which it began or for the one before. A tagged word
-    counts for the newest slot with its tag.
-
-    Attributes:
-        dwell_ms: how long a slot lasts; 0 where the image has no words for followers.
-        count: the slots that are over by the end of the run.
-    """
-
-    def __init__(self, image: Image, profile: Profile, duration_ms: int) -> None:
-        self._words = image.followers
-        self.dwell_ms = profile.dwell_ms[image.dwell_level] if image.followers else 0
-        self.count = duration_ms // self.dwell_ms if self.dwell_ms else 0
-        self._tags = slot_tags(image.followers, self.count + 1) if image.tagged else None
-
-    def of(self, event: Event) -> int:
-        """The slot of a beginning; -1 where it belongs to none."""
-        if not self.dwell_ms:
-            return -1
-        now = event.t_ms // self.dwell_ms
-        if self._tags is not None:
-            recent = range(now, max(now - TAGS, -1), -1)
-            return next((slot for slot in recent if self._tags[slot] == event.other), -1)
-        if event.word == self._words[now % len(self._words)]:
-            return now
-        return now - 1 if now and event.word == self._words[(now - 1) % len(self._words)] else -1
+def _slots_of(attempt: Attempt) -> Slots:
+    mission = attempt.mission
+    return attempt.once("slots", lambda: Slots(attempt.image, mission.profile, mission.duration_ms))
 
 
-class SlotWatch(GoalWatch):
-    """A goal that is decided slot by slot: when the slot after it is over, or the run.
+class SlotGoal(GoalKind):
+    """A goal that is decided slot by slot: when the slot after it is over, or the run. Leaders don't count."""
 
-    Args:
-        goal: a goal of followers; leaders among its cars don't count.
-    """
+    sees_all = False
+    has_events = True
 
-    def __init__(self, goal: Goal, mission: Mission, slots: Slots) -> None:
-        leaders = set(mission.mat.starts.leaders)
-        super().__init__([car for car in goal.cars if car not in leaders], goal.values["share"])
-        self._slots = slots
+    def __init__(self, number: int, run: GoalRun) -> None:
+        super().__init__(number, run)
+        leaders = set(self.mission.mat.starts.leaders)
+        self.cars = [car for car in self.goal.cars if car not in leaders]
+        self.needed = needed_of(self.values["share"], len(self.cars))
+        self._slots = _slots_of(run.attempt)
         # When each car first began the word of each slot that is not judged yet.
         self._begun: dict[int, dict[int, int]] = {}
         self._judged = 0
 
     def see(self, moment: Moment, begun: Sequence[Event]) -> None:
-        self._now_ms = moment.t_ms
-        cars = set(self._cars)
+        super().see(moment, begun)
+        cars = set(self.cars)
         for event in begun:
             if event.car in cars:
-                slot = self._slots.of(event)
+                slot = self._slots.of(event.t_ms, event.word, event.other)
                 if slot >= self._judged:
                     self._begun.setdefault(slot, {}).setdefault(event.car, event.t_ms)
         self._judge_until(moment.t_ms)
@@ -96,10 +80,10 @@ class SlotWatch(GoalWatch):
             self._judged += 1
 
     def state(self, is_over: bool) -> GoalState:
-        if not (self._slots.count and self._cars):
-            why = Phrase("goal-no-words") if self._cars else Phrase("goal-no-followers")
+        if not (self._slots.count and self.cars):
+            why = Phrase("goal-no-words") if self.cars else Phrase("goal-no-followers")
             # Nobody has lost anything before they first play.
-            return GoalState("lost" if self._now_ms else "open", 0 if self._now_ms else None, why)
+            return GoalState("lost" if self.now_ms else "open", 0 if self.now_ms else None, why)
         if is_over:
             self._judge_until(math.inf)
         return self.judged_state(is_over)
@@ -114,60 +98,29 @@ class SlotWatch(GoalWatch):
 
     def _end_ms(self, slot: int) -> int:
         """The end of a slot: who has not begun its word by then is seen to miss it."""
-        return min((slot + 1) * self._slots.dwell_ms, self._now_ms)
+        return min((slot + 1) * self._slots.dwell_ms, self.now_ms)
 
 
-class HeardWatch(SlotWatch):
-    """A goal: cars begin a share of all words, counted car by car."""
+class InStep(SlotGoal):
+    """In every slot cars begin the word at nearly the same time."""
 
-    def __init__(self, goal: Goal, mission: Mission, slots: Slots) -> None:
-        super().__init__(goal, mission, slots)
-        self._heard = dict.fromkeys(self._cars, 0)
-        # The first slot whose word each car missed.
-        self._missed: dict[int, int] = {}
-        self._pairs = slots.count * len(self._cars)
-        self._needed = needed_of(goal.values["share"], self._pairs)
+    name = "in-step"
+    fields: ClassVar = {
+        **CARS,
+        "within_ms": whole(1, 10_000, "milliseconds", title="how far apart they may begin a word"),
+    }
 
-    def judge(self, slot: int, begun: dict[int, int]) -> None:
-        for car in begun:
-            self._heard[car] += 1
-        for car in self._cars:
-            if car not in begun:
-                self._missed.setdefault(car, slot)
-        missed = (slot + 1) * len(self._cars) - sum(self._heard.values())
-        if missed > self._pairs - self._needed and self._lost_ms is None:
-            self._lost_ms = min((slot + 2) * self._slots.dwell_ms, self._now_ms)
-
-    def judged_state(self, is_over: bool) -> GoalState:
-        done = sum(self._heard.values())
-        if self._lost_ms is not None:
-            car = min(self._cars, key=lambda car: (self._heard[car], car))
-            why = Phrase("goal-never-heard", car=car_phrase(car), count=self._judged)
-            if self._heard[car]:
-                why = Phrase("goal-heard-few", car=car_phrase(car), done=self._heard[car], count=self._judged)
-            return GoalState("lost", self._end_ms(self._missed[car]), why, (car,))
-        progress: GoalProgress = "met" if done >= self._needed else "holds" if self._judged else "open"
-        why = Phrase("goal-heard-so-far", done=done, count=self._judged * len(self._cars))
-        return GoalState(progress, self._now_ms if progress == "met" else None, why)
-
-    def nearness(self) -> float:
-        return sum(self._heard.values()) / self._needed if self._needed else 0.0
-
-
-class InStepWatch(SlotWatch):
-    """A goal: in every slot cars begin the word at nearly the same time."""
-
-    def __init__(self, goal: Goal, mission: Mission, slots: Slots) -> None:
-        super().__init__(goal, mission, slots)
-        self._within_ms = goal.values["within_ms"]
+    def __init__(self, number: int, run: GoalRun) -> None:
+        super().__init__(number, run)
+        self._within_ms = self.values["within_ms"]
         self._worst_ms = self._done = 0
         self._lost: GoalState | None = None
 
     def judge(self, slot: int, begun: dict[int, int]) -> None:
         times = sorted(begun.values())
-        need = self._needed
+        need = self.needed
         if len(times) < need:
-            silent = min(car for car in self._cars if car not in begun)
+            silent = min(car for car in self.cars if car not in begun)
             why = Phrase("goal-step-unheard", car=car_phrase(silent), seconds=slot * self._slots.dwell_ms / 1000)
             self._lost = self._lost or GoalState("lost", self._end_ms(slot), why, (silent,))
             return
@@ -189,39 +142,33 @@ class InStepWatch(SlotWatch):
             return self._lost
         progress: GoalProgress = "met" if is_over else "holds" if self._judged else "open"
         why = Phrase("goal-step-so-far", late_ms=self._worst_ms)
-        return GoalState(progress, self._now_ms if is_over else None, why)
+        return GoalState(progress, self.now_ms if is_over else None, why)
 
 
-def static_watch(goal: Goal, image: Image, profile: Profile) -> GoalWatch:
-    """The watch of a goal that the program alone decides."""
-    if goal.kind == "seconds-at-most":
-        leader_ms = sum(length_ms(word, profile) for word in image.leader)
-        followers_ms = len(image.followers) * (profile.dwell_ms[image.dwell_level] if image.followers else 0)
-        value, most = max(leader_ms, followers_ms) / 1000, goal.values["seconds"]
-        why = Phrase("goal-seconds-count", seconds=value, most=most)
-    else:
-        value, most = len(image.followers if goal.kind == "words-at-most" else image.leader), goal.values["count"]
-        why = Phrase(f"goal-{goal.kind}-count", count=value, most=most)
-    state = GoalState("met" if value <= most else "lost", 0, why)
-    return FixedWatch(state, most / max(value, most) if most else 0.0)
+class NoTouch(GoalKind):
+    """No car touches another, a wall or an obstacle. The engine counts every touch, also between moments."""
 
+    name = "no-touch"
+    sees_all = False
 
-class NoTouchWatch(GoalWatch):
-    """A goal: no car touches another, a wall or an obstacle. The engine counts every touch, also between moments."""
-
-    def __init__(self, mission: Mission) -> None:
-        super().__init__()
-        self._mat = mission.mat
-        self._diameter_m = mission.profile.body.diameter_mm / 1000
+    def __init__(self, number: int, run: GoalRun) -> None:
+        super().__init__(number, run)
+        self._mat = self.mission.mat
+        self._diameter_m = self.mission.profile.body.diameter_mm / 1000
         self._touching_ms = 0
         self._who: tuple[int, ...] = ()
 
     def see(self, moment: Moment, begun: Sequence[Event]) -> None:
-        self._now_ms = moment.t_ms
+        super().see(moment, begun)
         self._touching_ms = moment.counts.get("touching_ms", 0)
-        if self._touching_ms and self._lost_ms is None:
-            self._lost_ms = moment.t_ms
+        if self._touching_ms and self.lost_ms is None:
+            self.lost_ms = moment.t_ms
             self._who = self._nearest(moment)
+
+    @classmethod
+    def compared(cls, goal: Goal, mission: Mission) -> int:
+        mat = mission.mat
+        return len(mat.starts) * (len(mat.walls) + len(mat.discs) + sum(map(len, mat.polygons)))
 
     def _nearest(self, moment: Moment) -> tuple[int, ...]:
         """The two cars that touch, or else the one that is nearest to a wall or an obstacle."""
@@ -247,23 +194,77 @@ class NoTouchWatch(GoalWatch):
         return 1000 / (1000 + self._touching_ms)
 
     def state(self, is_over: bool) -> GoalState:
-        if self._lost_ms is None:
+        if self.lost_ms is None:
             why = Phrase("goal-no-touch-done")
-            return GoalState("met" if is_over else "holds", self._now_ms if is_over else None, why)
-        seconds = {"seconds": self._lost_ms / 1000, "touching": self._touching_ms / 1000}
+            return GoalState("met" if is_over else "holds", self.now_ms if is_over else None, why)
+        seconds = {"seconds": self.lost_ms / 1000, "touching": self._touching_ms / 1000}
         one, *others = map(car_phrase, self._who)
         why = Phrase("goal-touched-wall", car=one, **seconds)
         if others:
             why = Phrase("goal-touched", car=one, other=others[0], **seconds)
-        return GoalState("lost", self._lost_ms, why, self._who)
+        return GoalState("lost", self.lost_ms, why, self._who)
 
 
-class VoiceWatch(GoalWatch):
-    """A goal: cars that drive when the mat's voice says 'stop' stand still from then until it says 'go'."""
+class Heard(SlotGoal):
+    """Cars begin a share of all words, counted car by car."""
 
-    def __init__(self, goal: Goal, mat: Mat) -> None:
-        super().__init__(goal.cars, goal.values["share"])
-        self._voices = [(round(voice.at_s * 1000), voice) for voice in sorted(mat.voices, key=lambda each: each.at_s)]
+    name = "heard"
+    fields: ClassVar = {"who": WHO, "share": a_number(0.01, 1, title="the part of all words, car by car", default=1)}
+
+    def __init__(self, number: int, run: GoalRun) -> None:
+        super().__init__(number, run)
+        self._heard = dict.fromkeys(self.cars, 0)
+        # The first slot whose word each car missed.
+        self._missed: dict[int, int] = {}
+        self._pairs = self._slots.count * len(self.cars)
+        self.needed = needed_of(self.values["share"], self._pairs)
+
+    @classmethod
+    def who(cls, goal: Goal) -> Phrase:
+        """Name the cars; the share is one of words."""
+        return super().who(replace(goal, values=goal.values | {"share": 1}))
+
+    @classmethod
+    def asks(cls, goal: Goal, details: dict[str, Any]) -> Phrase:
+        return Phrase(f"goal-{cls.name}", percent=goal.values["share"] * 100, **details)
+
+    def judge(self, slot: int, begun: dict[int, int]) -> None:
+        for car in begun:
+            self._heard[car] += 1
+        for car in self.cars:
+            if car not in begun:
+                self._missed.setdefault(car, slot)
+        missed = (slot + 1) * len(self.cars) - sum(self._heard.values())
+        if missed > self._pairs - self.needed and self.lost_ms is None:
+            self.lost_ms = min((slot + 2) * self._slots.dwell_ms, self.now_ms)
+
+    def judged_state(self, is_over: bool) -> GoalState:
+        done = sum(self._heard.values())
+        if self.lost_ms is not None:
+            car = min(self.cars, key=lambda car: (self._heard[car], car))
+            why = Phrase("goal-never-heard", car=car_phrase(car), count=self._judged)
+            if self._heard[car]:
+                why = Phrase("goal-heard-few", car=car_phrase(car), done=self._heard[car], count=self._judged)
+            return GoalState("lost", self._end_ms(self._missed[car]), why, (car,))
+        progress: GoalProgress = "met" if done >= self.needed else "holds" if self._judged else "open"
+        why = Phrase("goal-heard-so-far", done=done, count=self._judged * len(self.cars))
+        return GoalState(progress, self.now_ms if progress == "met" else None, why)
+
+    def nearness(self) -> float:
+        return sum(self._heard.values()) / self.needed if self.needed else 0.0
+
+
+class StoppedByVoice(GoalKind):
+    """Cars that drive when the mat's voice says 'stop' stand still from then until it says 'go'."""
+
+    name = "stopped-by-voice"
+    fields: ClassVar = CARS
+    reads_positions_alone = False
+
+    def __init__(self, number: int, run: GoalRun) -> None:
+        super().__init__(number, run)
+        voices = sorted(self.mission.mat.voices, key=lambda voice: voice.at_s)
+        self._voices = [(round(voice.at_s * 1000), voice) for voice in voices]
         self._next = 0
         self._before: Moment | None = None
         # Of each car that has to stand still: since when.
@@ -272,13 +273,18 @@ class VoiceWatch(GoalWatch):
         self._failed: dict[int, tuple[str, int]] = {}
         self._stops = 0
 
+    @classmethod
+    def fault(cls, goal: Goal, others: Sequence[tuple[Goal, type[GoalKind]]], mat: Mat) -> GoalFault | None:
+        is_heard = any(voice.word == "stop" for voice in mat.voices)
+        return None if is_heard else GoalFault("mission-without-voice")
+
     def see(self, moment: Moment, begun: Sequence[Event]) -> None:
-        self._now_ms = moment.t_ms
+        super().see(moment, begun)
         before = self._before or moment
         while self._next < len(self._voices) and self._voices[self._next][0] < moment.t_ms:
             at_ms, voice = self._voices[self._next]
             self._next += 1
-            for car in self._cars:
+            for car in self.cars:
                 apart = math.hypot(before.x_m[car] - voice.x_m, before.y_m[car] - voice.y_m)
                 if voice.radius_m is not None and apart > voice.radius_m:
                     continue
@@ -292,23 +298,95 @@ class VoiceWatch(GoalWatch):
         for car, at_ms in self._told.items():
             if moment.t_ms >= at_ms + _VOICE_MS and moment.wheels[car] != STILL:
                 self._failed.setdefault(car, ("drove", moment.t_ms))
-        if self._lost_ms is None and len(self._cars) - len(self._failed) < self._needed:
-            self._lost_ms = moment.t_ms
+        if self.lost_ms is None and len(self.cars) - len(self._failed) < self.needed:
+            self.lost_ms = moment.t_ms
         self._before = moment
 
     def nearness(self) -> float:
-        return (len(self._cars) - len(self._failed)) / self._needed if self._stops else 0.0
+        return (len(self.cars) - len(self._failed)) / self.needed if self._stops else 0.0
 
     def state(self, is_over: bool) -> GoalState:
-        count = len(self._cars)
+        count = len(self.cars)
         done = count - len(self._failed) if self._stops else 0
-        if self._lost_ms is not None:
+        if self.lost_ms is not None:
             car = min(self._failed)
             how, failed_ms = self._failed[car]
             why = lost_phrase(f"goal-voice-{how}", car, done, count)
             return GoalState("lost", failed_ms, why, (car,))
         if not self._stops:
-            t_ms = self._now_ms if is_over else None
+            t_ms = self.now_ms if is_over else None
             return GoalState("lost" if is_over else "open", t_ms, Phrase("goal-voice-open"))
         why = done_phrase(done, count)
-        return GoalState("met" if is_over else "holds", self._now_ms if is_over else None, why)
+        return GoalState("met" if is_over else "holds", self.now_ms if is_over else None, why)
+
+
+class ProgramGoal(GoalKind):
+    """A goal that the program alone decides: something of it is at most so large."""
+
+    sees_all = False
+    decided_by = "program"
+
+    @abstractmethod
+    def value(self) -> float:
+        """What the program has."""
+
+    @abstractmethod
+    def most(self) -> float:
+        """What it may have."""
+
+    def why(self) -> Phrase:
+        """Say how much the program has."""
+        return Phrase(f"goal-{self.name}-count", count=self.value(), most=self.most())
+
+    def state(self, is_over: bool) -> GoalState:
+        return GoalState("met" if self.value() <= self.most() else "lost", 0, self.why())
+
+    def nearness(self) -> float:
+        most = self.most()
+        return most / max(self.value(), most) if most else 0.0
+
+
+class _CountGoal(ProgramGoal):
+    fields: ClassVar = {"count": _COUNT}
+
+    def most(self) -> int:
+        count: int = self.values["count"]
+        return count
+
+
+class WordsAtMost(_CountGoal):
+    """The program has so many words for followers."""
+
+    name = "words-at-most"
+
+    def value(self) -> int:
+        return len(self.run.attempt.image.followers)
+
+
+class StatesAtMost(_CountGoal):
+    """The leader has so many states."""
+
+    name = "states-at-most"
+
+    def value(self) -> int:
+        return len(self.run.attempt.image.leader)
+
+
+class SecondsAtMost(ProgramGoal):
+    """One round of the program is so long."""
+
+    name = "seconds-at-most"
+    fields: ClassVar = {"seconds": seconds("how long one round of the program lasts at most")}
+
+    def value(self) -> float:
+        image, profile = self.run.attempt.image, self.mission.profile
+        leader_ms = sum(length_ms(word, profile) for word in image.leader)
+        followers_ms = len(image.followers) * _slots_of(self.run.attempt).dwell_ms
+        return max(leader_ms, followers_ms) / 1000
+
+    def most(self) -> float:
+        most_s: float = self.values["seconds"]
+        return most_s
+
+    def why(self) -> Phrase:
+        return Phrase("goal-seconds-count", seconds=self.value(), most=self.most())

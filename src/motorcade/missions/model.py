@@ -9,10 +9,11 @@ from motorcade.errors import Phrase
 from motorcade.locales import FIRST, languages, page_text
 from motorcade.mats.model import Corners, Disc, Mat
 from motorcade.mats.schema import FORMAT as MAT_FORMAT
-from motorcade.missions.schema import LEVELS, LONGEST_S
 from motorcade.program.model import Program
 from motorcade.program.steps import KINDS
 
+# What the page shows.
+LEVELS = ("start", "words", "python")
 # A text by language; every language has one.
 Sentence = dict[str, str]
 
@@ -60,7 +61,7 @@ class Goal:
     """One goal.
 
     Attributes:
-        kind: a key of `motorcade.missions.schema.GOALS`.
+        kind: a key of `motorcade.missions.kinds.GOALS`.
         star: the star that it is for, 1 to 3.
         values: its other keys, with defaults.
         cars: the numbers of the cars that ``who`` names; empty where the kind has no ``who``.
@@ -72,21 +73,6 @@ class Goal:
     values: dict[str, Any]
     cars: tuple[int, ...] = ()
     text: Wording | None = None
-
-    @property
-    def at(self) -> str:
-        """When it must be met, for a kind that looks at each car."""
-        at: str = self.values.get("at", "always" if self.kind == "not-lit" else "end")
-        return at
-
-    @property
-    def window_ms(self) -> tuple[int, int]:
-        """From when and until when moments count."""
-        from_ms = round(self.values.get("from_s", 0) * 1000)
-        if self.kind == "lit" and self.at == "always":
-            # Before the first tick no LED is on.
-            from_ms = max(from_ms, 1)
-        return from_ms, round(self.values.get("until_s", 2 * LONGEST_S) * 1000)
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from motorcade.missions.model import Mission
 from motorcade.missions.watch import goal_phrase
 from motorcade.program.diagnostics import ProgramError
 from motorcade.program.files import is_project, read_project
-from motorcade.words.image import ImageError
+from motorcade.words.packing import ImageError
 
 _IMAGES, REPORTS = (".image", ".bin"), ("-report.html", "-report.csv")
 _LEADER, _FOLLOWER = "#d62728", "#1f77b4"

@@ -1,22 +1,27 @@
-"""Watch all goals of a mission while a run goes on, one moment after another; and say what each goal asks for."""
+"""Watch the goals of a mission while runs go on, one moment after another; and say what each goal asks for.
 
-from collections.abc import Sequence
-from typing import cast
+`MissionWatch` follows one run by the moments that it is shown. `ManyRuns` follows runs side by side in their worlds:
+the kernel of `motorcade.engine.judging` asks what can be asked of a car, for all runs in one call, and Python looks
+only at what is left. When the runs end, each has a watch with the kernel's answers, so goals and grades are the same.
+"""
 
+from collections.abc import Callable, Sequence
+from typing import Any, Literal
+
+from motorcade.engine import judging
+from motorcade.engine.backend import BackendArray
 from motorcade.engine.events import COLUMNS, KIND, START
 from motorcade.engine.moment import Event, Moment
 from motorcade.engine.simulation import Simulation
+from motorcade.engine.state import Buffer
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.missions import event_goals, goals, scores
-from motorcade.missions.goals import GoalState, GoalWatch
+from motorcade.missions.goal import EVERY_MS, Attempt, GoalKind, GoalRun, GoalState, lamp_name
+from motorcade.missions.kinds import GOALS
 from motorcade.missions.model import Goal, Mission, Wording
-from motorcade.words.image import Image, parse_image_bytes
 
-# A run is watched every so many ms, beginning at 0.
-EVERY_MS = scores.STEP_MS
 # For each car sides of zones, and obstacles, that goals compare in a moment: some 20 ms.
 _MOST_COMPARED = 20_000
-# What watches need of a moment.
+# What goals need of a moment.
 _COLUMNS = ("x_m", "y_m", "heading", "wheels", "led")
 
 
@@ -33,8 +38,59 @@ def begun_words(world: Simulation, number: int) -> list[Event]:
     return [Event(*rows[first : first + COLUMNS]) for first in firsts]
 
 
-class MissionWatch:
-    """Watches one run of a mission.
+def attempt_of(mission: Mission, image: bytes) -> Attempt:
+    """Return what all runs of a program in a mission share. Raises MotorcadeError where the goals take too long."""
+    kinds = [GOALS[goal.kind] for goal in mission.goals]
+    count = sum(kind.compared(goal, mission) for goal, kind in zip(mission.goals, kinds, strict=True))
+    if count > _MOST_COMPARED:
+        raise MotorcadeError("goals-too-detailed", count=count, most=_MOST_COMPARED)
+    return Attempt(mission, image, kinds)
+
+
+class RunWatch:
+    """Follows the goals of one run.
+
+    Args:
+        attempt: of whose runs it is one.
+        times_ms: the moments of the run; grows with each.
+
+    Attributes:
+        run: what its goals share.
+    """
+
+    def __init__(self, attempt: Attempt, times_ms: list[int]) -> None:
+        self.run = GoalRun(attempt, times_ms)
+        for number, kind in enumerate(attempt.kinds):
+            self.run.goals[number] = kind(number, self.run)
+        # Those that look at another goal see a moment after it.
+        self._in_order = sorted(self.run.goals.values(), key=lambda goal: goal.decided_by == "others")
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the run has reached the mission's duration."""
+        times_ms = self.run.times_ms
+        return bool(times_ms) and times_ms[-1] >= self.run.attempt.mission.duration_ms
+
+    def show(self, moment: Moment, begun: Sequence[Event], needs: Callable[[GoalKind], bool]) -> None:
+        """Show a moment, and the words begun since the one before it, to the goals that need it."""
+        plain = with_lists(moment)
+        for goal in self._in_order:
+            if needs(goal):
+                goal.see(plain, begun)
+
+    def states(self) -> list[GoalState]:
+        """How it stands with each goal, in the order of the file."""
+        is_over = self.is_over
+        return [goal.state(is_over) for goal in self.run.goals.values()]
+
+    def grades(self) -> list[float]:
+        """How near the run came to each goal, in the order of the file; exactly 1 where it is met."""
+        is_over = self.is_over
+        return [goal.grade(is_over) for goal in self.run.goals.values()]
+
+
+class MissionWatch(RunWatch):
+    """Follows one run of a mission by what it is shown.
 
     Call `see` with the moments at 0, EVERY_MS, 2 * EVERY_MS … up to the mission's duration. Moments may hold lists,
     arrays or any other sequences; positions are taken in single precision, as recordings and pages have them.
@@ -47,150 +103,111 @@ class MissionWatch:
     """
 
     def __init__(self, mission: Mission, image: bytes) -> None:
-        _check_work(mission)
-        self._mission = mission
-        parsed = parse_image_bytes(image)
-        slots = event_goals.Slots(parsed, mission.profile, mission.duration_ms)
-        known: dict[str, scores.Score] = {}
-        found = [
-            None if goal.kind == "all-by" else watch_of(goal, mission, parsed, slots, known) for goal in mission.goals
-        ]
-        self._watches = [
-            watch or _AllByWatch(goal, cast(GoalWatch, found[goal.values["goal"] - 1]))
-            for goal, watch in zip(mission.goals, found, strict=True)
-        ]
-        # Those that look at another goal's watch see a moment after it.
-        self._in_order = sorted(self._watches, key=lambda watch: isinstance(watch, _AllByWatch))
-        self._now_ms, self._end_ms = -1, mission.duration_ms
-
-    @property
-    def sees_all(self) -> bool:
-        """Whether its goals need every moment; else the last one is enough."""
-        return any(watch.sees_all for watch in self._watches)
-
-    @property
-    def is_over(self) -> bool:
-        """Whether the run has reached the mission's duration."""
-        return self._now_ms >= self._end_ms
+        super().__init__(attempt_of(mission, image), [])
 
     def see(self, moment: Moment, begun: Sequence[Event] = ()) -> None:
         """Take the next moment, and the events since the one before it in which cars begin words.
 
         Moments after the end, and a moment that is not later than the one before, change nothing.
         """
-        if self.is_over or moment.t_ms <= self._now_ms:
+        times_ms = self.run.times_ms
+        if self.is_over or (times_ms and moment.t_ms <= times_ms[-1]):
             return
-        self._now_ms = moment.t_ms
-        plain = with_lists(moment)
-        for watch in self._in_order:
-            watch.see(plain, begun)
-
-    def states(self) -> list[GoalState]:
-        """How it stands with each goal, in the order of the file."""
-        return [watch.state(self.is_over) for watch in self._watches]
-
-    def grades(self) -> list[float]:
-        """How near the run came to each goal, in the order of the file; exactly 1 where it is met."""
-        return [watch.grade(self.is_over) for watch in self._watches]
+        times_ms.append(moment.t_ms)
+        plain, answers, questions = with_lists(moment), self.run.answers, self.run.attempt.questions
+        if questions.rows:
+            answers.led[:] = plain.led
+            answers.shown[:] = [*plain.x_m, *plain.y_m, *plain.heading]
+            judging.judge_run(0, moment.t_ms, questions, answers)
+        self.show(plain, begun, lambda goal: True)
 
 
-class _AllByWatch(GoalWatch):
-    """A goal that another one is met by some time, and from then on to the end of the run.
+class ManyRuns:
+    """Follows runs side by side, each in a world of its own.
+
+    What Python doesn't need to see at each moment, it sees at the end; so sentences may name another moment than those
+    of a `MissionWatch`, but who met what, and the grades, are the same.
 
     Args:
-        other: the watch of the other goal.
+        world: the worlds.
+        attempts: of each world; all of the same mission.
+        moments: returns what the worlds show now; their snapshots unless given.
     """
 
-    def __init__(self, goal: Goal, other: GoalWatch) -> None:
-        super().__init__()
-        self._number, self._seconds = goal.values["goal"], goal.values["seconds"]
-        self._by_ms = round(self._seconds * 1000)
-        self._other = other
-        # How the other goal stood last, at the time, and when it was lost again after it was met in time.
-        self._before: GoalState | None = None
-        self._then: GoalState | None = None
-        self._gone: GoalState | None = None
+    def __init__(
+        self, world: Simulation, attempts: Sequence[Attempt], moments: Callable[[], list[Moment]] | None = None
+    ) -> None:
+        self._world, self._attempts = world, attempts
+        self._moments = moments or self._snapshots
+        memory = world.backend
+        rows, figures, corners, who = attempts[0].questions
+        self._questions = judging.Questions(
+            rows=memory.allocate("Questions.rows", _table("int64", rows, judging.COLUMNS)),
+            figures=memory.allocate("Questions.figures", _table("float64", figures, judging.FIGURES)),
+            corners=memory.allocate("Questions.corners", Buffer.of("float64", corners)),
+            who=memory.allocate("Questions.who", Buffer.of("int64", who)),
+        )
+        self.begin()
 
-    def see(self, moment: Moment, begun: Sequence[Event]) -> None:
-        """Look at the other goal, which has seen this moment."""
-        t_ms = moment.t_ms
-        before, now = self._before, self._other.state(False)
-        if before and before.progress == "holds" and now.progress == "open" and self._in_time(before):
-            self._gone = now._replace(t_ms=t_ms)
-        if t_ms <= self._by_ms:
-            self._then = now._replace(t_ms=t_ms)
-        self._before, self._now_ms = now, t_ms
+    def begin(self) -> None:
+        """Follow runs from their beginning, after the worlds were reset."""
+        self._times_ms: list[int] = []
+        self._watches = [RunWatch(attempt, self._times_ms) for attempt in self._attempts]
+        memory, first = self._world.backend, self._attempts[0].no_answers()
+        runs, cars = len(self._attempts), self._world.cars
+        self._answers = judging.Answers(
+            off=memory.allocate("Answers.off", _table("float64", first.off * runs)),
+            before=memory.allocate("Answers.before", _table("float32", first.before * runs)),
+            since=memory.allocate("Answers.since", _table("int64", first.since * runs)),
+            led=memory.zeros("Answers.led", (cars,), "int64"),
+            shown=memory.zeros("Answers.shown", (3 * cars,), "float32"),
+        )
 
-    def _in_time(self, other: GoalState) -> bool:
-        return other.t_ms is not None and other.t_ms <= self._by_ms
+    @property
+    def sees_all(self) -> bool:
+        """Whether it needs each moment; else the last one is enough."""
+        attempt = self._attempts[0]
+        return bool(attempt.asked) or any(kind.sees_all for kind in attempt.kinds)
 
-    def state(self, is_over: bool) -> GoalState:
-        other = self._other.state(is_over)
-        details = {"goal": self._number, "most": self._seconds}
-        is_met = other.progress in ("met", "holds") and other.t_ms is not None
-        why = Phrase("goal-all-by-not", **details)
-        if is_met:
-            why = Phrase("goal-all-by-when", seconds=(other.t_ms or 0) / 1000, **details)
-            if self._in_time(other):
-                return GoalState(other.progress, other.t_ms, why)
-        elif not (is_over or self._now_ms > self._by_ms or other.progress == "lost"):
-            return GoalState("open", None, why)
-        # What is wrong is seen where the other goal was lost again, or else at the time itself.
-        seen = self._gone or self._then or other
-        if self._gone:
-            why = Phrase("goal-all-by-gone", seconds=(self._gone.t_ms or 0) / 1000, reason=self._gone.why, **details)
-        return GoalState("lost", seen.t_ms, why, seen.cars)
+    def see(self) -> None:
+        """Judge the moment that the runs have come to."""
+        self._times_ms.append(self._world.now_ms)
+        self._world.judge(self._questions, self._answers)
+        if any(kind.sees_all for kind in self._attempts[0].kinds):
+            for watch, moment in zip(self._watches, self._moments(), strict=True):
+                watch.show(moment, (), lambda goal: goal.sees_all)
 
-    def nearness(self) -> float:
-        """Half the grade of the other goal, and more where that was met soon after the time."""
-        other = self._other.state(True)
-        is_late = other.progress in ("met", "holds") and other.t_ms is not None
-        late = self._by_ms / (2 * max(other.t_ms or 0, self._by_ms + 1)) if is_late else 0.0
-        return self._other.grade(True) / 2 + late
+    def end(self) -> list[RunWatch]:
+        """Return the watches of the runs, which `see` has shown their last moment."""
+        off, since = self._rows_of(self._answers.off, "d"), self._rows_of(self._answers.since, "q")
+        kinds = self._attempts[0].kinds
+        sees_last = any(not kind.sees_all and kind.decided_by == "run" for kind in kinds)
+        has_events = any(kind.has_events for kind in kinds)
+        moments = self._moments() if sees_last else []
+        for number, watch in enumerate(self._watches):
+            watch.run.answers.off[0][:] = off[number]
+            watch.run.answers.since[0][:] = since[number]
+            if sees_last:
+                begun = begun_words(self._world, number) if has_events else ()
+                watch.show(moments[number], begun, lambda goal: not goal.sees_all)
+        return self._watches
+
+    def _snapshots(self) -> list[Moment]:
+        return [self._world.snapshot(number).in_single_precision() for number in range(self._world.worlds)]
+
+    def _rows_of(self, array: BackendArray, code: Literal["d", "q"]) -> list[list[float]]:
+        """The numbers of an array, for each run."""
+        held = memoryview(self._world.backend.read(array))
+        numbers: Any = held.cast(code).tolist()
+        size = len(numbers) // len(self._watches)
+        return [numbers[at * size : (at + 1) * size] for at in range(len(self._watches))]
 
 
-def _check_work(mission: Mission) -> None:
-    mat = mission.mat
-    sides = {zone.name: max(len(zone.corners), 1) for zone in mission.zones}
-    things = len(mat.walls) + len(mat.discs) + sum(map(len, mat.polygons))
-    count = sum(len(goal.cars) * sides[goal.values["zone"]] for goal in mission.goals if "zone" in goal.values)
-    count += sum(len(mat.starts) * things for goal in mission.goals if goal.kind == "no-touch")
-    if count > _MOST_COMPARED:
-        raise MotorcadeError("goals-too-detailed", count=count, most=_MOST_COMPARED)
-
-
-def watch_of(
-    goal: Goal, mission: Mission, image: Image, slots: event_goals.Slots, known: dict[str, scores.Score]
-) -> GoalWatch:
-    """The watch of a goal of another kind than all-by. Goals for the same score share it in ``known``.
-
-    Raises MotorcadeError where nothing judges goals of this kind.
-    """
-    match goal.kind:
-        case "gathered" | "covered" | "networked" | "stopped":
-            key = repr((goal.kind, goal.values | {"least": 0}))
-            return scores.ScoreWatch(goal, known.setdefault(key, scores.score_of(goal, mission)))
-        case "works":
-            # The check tries other seeds.
-            return goals.FixedWatch(GoalState("open", None, Phrase("goal-works-open")))
-        case "travelled":
-            return goals.TravelledWatch(goal)
-        case "together":
-            return goals.TogetherWatch(goal)
-        case "no-touch":
-            return event_goals.NoTouchWatch(mission)
-        case "stopped-by-voice":
-            return event_goals.VoiceWatch(goal, mission.mat)
-        case "heard":
-            return event_goals.HeardWatch(goal, mission, slots)
-        case "in-step":
-            return event_goals.InStepWatch(goal, mission, slots)
-        case "words-at-most" | "states-at-most" | "seconds-at-most":
-            return event_goals.static_watch(goal, image, mission.profile)
-        case "in-zone" | "out-of-zone" | "heading" | "lit" | "not-lit":
-            return goals.cars_watch(goal, mission)
-    # A kind that is declared, and that nothing judges yet.
-    raise MotorcadeError("goal-not-judged", kind=goal.kind)
+def _table(dtype: str, rows: Any, columns: int = 0) -> Buffer:
+    """A buffer of rows, of which all are equally long; ``columns`` says how long where there are none."""
+    numbers = [number for row in rows for number in row]
+    table: Buffer = Buffer.of(dtype, numbers, len(rows[0]) if rows else columns, len(rows))
+    return table
 
 
 def with_lists(moment: Moment) -> Moment:
@@ -203,41 +220,17 @@ def goal_phrase(goal: Goal, mission: Mission) -> Phrase | Wording:
     """What a goal asks for: the author's text, or a description of it."""
     if goal.text is not None:
         return goal.text
-    window = [name for name in ("from_s", "until_s") if name in goal.values]
-    if window:
-        times = {name: goal.values[name] for name in window}
-        return Phrase("goal-" + "-".join(window), goal=_whole_phrase(goal, mission), **times)
-    return _whole_phrase(goal, mission)
-
-
-def _whole_phrase(goal: Goal, mission: Mission) -> Phrase:
-    """What a goal asks for, without its times."""
-    details = {name: value for name, value in goal.values.items() if name not in ("who", "zone", "share", "at")}
-    if "who" in goal.values:
-        details["who"] = _who_phrase(goal)
-    if "zone" in goal.values:
-        details["zone"] = mission.zone(goal.values["zone"]).title
-    if "led" in goal.values:
-        details["led"] = goals.lamp_name(goal.values["led"])
-    if goal.kind == "travelled":
-        bounds = [name for name in ("least_m", "most_m") if name in goal.values]
-        return Phrase("goal-travelled-" + "-".join(bounds), **details)
-    if goal.kind == "lit":
-        which = "off" if goal.values["led"] == "off" else "on"
-        return Phrase(f"goal-lit-{which}-{goal.values['at']}", **details)
-    if goal.kind == "works":
-        return Phrase("goal-works", percent=goal.values["share"] * 100, count=goal.values["seeds"])
-    if goal.kind == "heard":
-        return Phrase("goal-heard", percent=goal.values["share"] * 100, **details)
-    at = f"-{goal.values['at']}" if "at" in goal.values else ""
-    return Phrase(f"goal-{goal.kind}{at}", **details)
-
-
-def _who_phrase(goal: Goal) -> Phrase:
-    who, count = goal.values["who"], len(goal.cars)
-    if isinstance(who, list):
-        name = Phrase("goal-who-cars" if count > 1 else "goal-who-one-car", cars=", ".join(map(str, who)))
-    else:
-        name = Phrase(f"goal-who-{who}", count=count) if count > 1 else Phrase(f"goal-who-one-{who}")
-    needed = goals.needed_of(goal.values.get("share", 1), count)
-    return Phrase("goal-who-some", needed=needed, who=name) if needed < count and goal.kind != "heard" else name
+    kind, values = GOALS[goal.kind], goal.values
+    window = [name for name in ("from_s", "until_s") if name in values]
+    details = {name: value for name, value in values.items() if name not in ("who", "zone", "share", "at", *window)}
+    if "who" in values:
+        details["who"] = kind.who(goal)
+    if "zone" in values:
+        details["zone"] = mission.zone(values["zone"]).title
+    if "led" in values:
+        details["led"] = lamp_name(values["led"])
+    phrase = kind.asks(goal, details)
+    if not window:
+        return phrase
+    times = {name: values[name] for name in window}
+    return Phrase("goal-" + "-".join(window), goal=phrase, **times)

@@ -29,7 +29,8 @@ from motorcade.program.parts import (
 )
 from motorcade.program.steps import RepeatStep, Step
 from motorcade.words.formats import CONTROL
-from motorcade.words.image import Image, image_words, words_to_bytes
+from motorcade.words.image import Image, image_words
+from motorcade.words.packing import words_to_bytes
 
 _ACCEPT_IR = CONTROL.field("accept_ir").word_mask
 _FORWARD = CONTROL.field("forward").word_mask

@@ -123,3 +123,7 @@ class ProgramError(MotorcadeError):
     def __init__(self, diagnostics: Iterable[Diagnostic]):
         self.diagnostics: tuple[Diagnostic, ...] = _Problems(diagnostics)
         super().__init__("program-errors", problems=self.diagnostics)
+
+
+class NotJsonError(ProgramError):
+    """A text that isn't even JSON, so it is no project file."""

@@ -10,7 +10,8 @@ from motorcade.program.compiler import Compiled, compile_program
 from motorcade.program.diagnostics import Diagnostic, ProgramError, error, has_errors
 from motorcade.program.model import Program, read_program
 from motorcade.program.python_reader import PythonProgram, read_python
-from motorcade.words.image import ImageError, bytes_to_words, parse_image_bytes
+from motorcade.words.image import parse_image_bytes
+from motorcade.words.packing import ImageError, bytes_to_words
 
 # The ending of files with Python text.
 PYTHON = ".py"

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 from motorcade.config.check import Fault, Schema, check, choice, flag, table
-from motorcade.config.files import DEEPEST, is_deeper, parse, place_text
+from motorcade.config.files import DEEPEST, DuplicateKeyError, is_deeper, parse, place_text
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.program.diagnostics import Diagnostic, Fix, ProgramError, error
+from motorcade.program.diagnostics import Diagnostic, Fix, NotJsonError, ProgramError, error
 from motorcade.program.steps import (
     COMMON,
     KINDS,
@@ -205,10 +205,10 @@ def read_document(data: bytes | str) -> Any:
     """Return the parsed JSON of a project file, in which no key may appear twice. Raises ProgramError."""
     try:
         return parse(data, "JSON", "", deepest=None)
+    except DuplicateKeyError as problem:
+        name = problem.details["key"]
+        raise ProgramError([error("duplicate-field", name, name=name)]) from None
     except MotorcadeError as problem:
-        if problem.code == "duplicate-key":
-            name = problem.details["key"]
-            raise ProgramError([error("duplicate-field", name, name=name)]) from None
         raise _not_json(problem.details["reason"]) from None
 
 
@@ -296,8 +296,8 @@ def _step_as_dict(step: Step) -> dict[str, Any]:
     return document
 
 
-def _not_json(reason: Any) -> ProgramError:
-    return ProgramError([error("not-json", "", reason=reason)])
+def _not_json(reason: Any) -> NotJsonError:
+    return NotJsonError([error("not-json", "", reason=reason)])
 
 
 def align(old: Sequence[Step], new: Sequence[Step]) -> list[int | None]:

@@ -117,19 +117,19 @@ class PythonProgram:
                 return read
         raise ProgramError(sorted(self._errors, key=lambda each: each.span or (0,)))
 
-    def _in_text(self, problem: Diagnostic) -> Diagnostic:
+    def _in_text(self, diagnostic: Diagnostic) -> Diagnostic:
         """Return a diagnostic of the document with its place in the text, and with edits of the text that fix it."""
-        path, found = problem.path, []
-        for fix in problem.fixes:
-            at = f"{path}.{fix.field}" if problem.code == "missing-field" else path
+        path, found = diagnostic.path, []
+        for fix in diagnostic.fixes:
+            at = f"{path}.{fix.field}" if diagnostic.code == "missing-field" else path
             if at in self.spans:
                 found.append(Fix(TEXT, fixes.as_text(fix.value), self.spans[at]))
             elif path in self._calls:
                 found += fixes.with_argument(self.source, self._calls[path], fix.field, fix.value)
-        if problem.code == "missing-field" and not problem.fixes and path in self._calls:
+        if diagnostic.code == "missing-field" and not diagnostic.fixes and path in self._calls:
             # The only values without a first one are lists of steps.
-            found = fixes.with_argument(self.source, self._calls[path], problem.details["name"], [])
-        return problem.at(self._span_of(path)).with_fixes(*found)
+            found = fixes.with_argument(self.source, self._calls[path], diagnostic.details["name"], [])
+        return diagnostic.at(self._span_of(path)).with_fixes(*found)
 
     def _warnings(self) -> Iterator[Diagnostic]:
         """Yield a warning for each name that isn't imported, at its first use."""

@@ -14,10 +14,11 @@ from matplotlib.patches import Circle, Polygon, Rectangle
 from numpy.typing import ArrayLike, NDArray
 
 from motorcade.engine.moment import Moment
+from motorcade.engine.pictures import LEDS
 from motorcade.errors import Phrase
 from motorcade.locales import FIRST, catalogue
 from motorcade.mats.model import path_of
-from motorcade.runs.recording import LEDS, Description, rgb
+from motorcade.runs.recording import Description, rgb
 
 _PERSON_M = 0.3
 _WALL = "#3a3a3a"

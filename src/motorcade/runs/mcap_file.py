@@ -27,12 +27,12 @@ from zstandard import ZstdError
 from motorcade.devices.declaration import Column
 from motorcade.engine.events import EVENT, KINDS, LOSS_REASONS
 from motorcade.engine.moment import COLUMNS, Moment
+from motorcade.engine.pictures import LEDS
 from motorcade.errors import MotorcadeError
 from motorcade.mats.model import Corners
 from motorcade.runs.recording import (
     EVENT_FIELDS,
     LEADER,
-    LEDS,
     WHICH,
     Description,
     Sink,

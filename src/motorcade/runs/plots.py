@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from motorcade.config.files import raised_as, replace_file
 from motorcade.engine.moment import Moment
+from motorcade.engine.pictures import LEDS
 from motorcade.errors import MotorcadeError
 from motorcade.runs.drawing import PLAIN, Box, CarArtists, bounding_box, draw_mat, picture_text, show_box
 from motorcade.runs.recording import (
     FOLLOWERS,
     LEADER,
-    LEDS,
     Description,
     OnProgress,
     Recording,

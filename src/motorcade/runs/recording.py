@@ -17,10 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorcade.config.profile import Profile, profile_from_dict
-from motorcade.engine.backend import allocate_all
-from motorcade.engine.bodies import person_at
 from motorcade.engine.events import KINDS, LOSS_REASONS
-from motorcade.engine.layout import people_of
+from motorcade.engine.layout import people_at
 from motorcade.engine.moment import Event, Moment
 from motorcade.engine.native import InterpretedKernels
 from motorcade.errors import MotorcadeError, Phrase
@@ -44,7 +42,6 @@ PART = ".part"
 LEADER = "#d62728"
 # Matplotlib's ten colours without red, which is for leaders, and grey, which is for cars without a word.
 FOLLOWERS = ("#1f77b4", "#ff7f0e", "#2ca02c", "#9467bd", "#17becf", "#bcbd22", "#8c564b", "#e377c2")
-LEDS = ("#ffd60a", "#00e5ff", "#b8ff3d", "#ff5cd6")
 _LEADER_SHADES = ("#d62728", "#f0797a", "#9c1a1b", "#f9b3b3")
 _NO_WORD = "#c4c4c4"
 _UNKNOWN = "#6e6e6e"
@@ -126,9 +123,7 @@ class Description:
 
     def people_at(self, t_ms: int) -> list[tuple[float, float]]:
         """The position of each person at a moment, (x, y) in metres."""
-        paths = allocate_all(InterpretedKernels(), people_of(self.mat, 1))
-        places = (person_at(k, t_ms, paths) for k in range(len(self.mat.people)))
-        return [(x / 1e6, y / 1e6) for x, y in places]
+        return people_at(self.mat, t_ms, InterpretedKernels())
 
 
 def shown_moments(recording: "Recording") -> Iterator[Moment]:

@@ -13,12 +13,13 @@ from motorcade.config.arguments import instance_of, to_function, to_number
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.engine.events import EVENT, START
 from motorcade.engine.simulation import checked_images
+from motorcade.engine.slots import Slots
 from motorcade.engine.world import World
 from motorcade.mats import Mat, formation, open_table
 from motorcade.runs.recorder import EVERY_MS, Recorder, Target, targets_of
 from motorcade.runs.recording import DATA_ENDING, Description, InMemoryRecording, OnProgress, Sink
 from motorcade.words.image import parse_image_bytes
-from motorcade.words.infrared import TAGS, slot_tags
+from motorcade.words.infrared import TAGS
 
 # Runs of more cars are recorded into files where that is asked for, and not in memory.
 MOST_CARS_IN_MEMORY = 1000
@@ -50,10 +51,7 @@ class Slot(NamedTuple):
 
 
 class SlotCounts(Sink):
-    """Count the beginnings of words by slot.
-
-    All leaders run the same image and were switched on at 0 ms, so their slots coincide. A bare word is known by its
-    bits, and counts for the slot in which it began or for the one before.
+    """Count the beginnings of words by slot, as `motorcade.engine.slots` assigns them.
 
     Args:
         image: the bytes that the leaders run.
@@ -62,12 +60,7 @@ class SlotCounts(Sink):
     """
 
     def __init__(self, image: bytes, mat: Mat, profile: Profile):
-        parsed = parse_image_bytes(image)
-        self._words = np.array(parsed.followers, np.int64)
-        self._tagged = bool(parsed.tagged)
-        # The tags of the first slots; of twice as many whenever more are asked for.
-        self._tags: list[int] = []
-        self._dwell_ms = profile.dwell_ms[parsed.dwell_level] if parsed.followers else 0
+        self._slots = Slots(parse_image_bytes(image), profile)
         self._leads = np.asarray(mat.starts.leads)
         cars = len(self._leads)
         # Of each open slot: how often each car has begun its word, at most 2, and how late it did so first.
@@ -79,55 +72,36 @@ class SlotCounts(Sink):
     @property
     def counts_anything(self) -> bool:
         """Whether there are slots and followers."""
-        return bool(len(self._words)) and not self._leads.all()
+        return self._slots.dwell_ms > 0 and not self._leads.all()
 
     def write_events(self, t_ms: int, events: NDArray[np.void]) -> None:
         """Count the words that began; ``t_ms`` is the time until which the run has come."""
         started = events[events["kind"] == START]
         at_ms, cars = started["t_ms"].astype(np.int64), started["car"].astype(np.int64)
-        slots = self._slots_of(at_ms // self._dwell_ms, started)
+        # Few words begin in the same slot: each of them is looked up once.
+        alike = np.stack([at_ms // self._slots.dwell_ms, started["word"], started["other"]])
+        kinds, kind_of = np.unique(alike, axis=1, return_inverse=True)
+        found = [self._slots.of(now * self._slots.dwell_ms, word, tag) for now, word, tag in kinds.T.tolist()]
+        slots = np.array(found, np.int64)[kind_of.reshape(-1)]
         for slot in np.unique(slots[slots >= len(self._closed)]).tolist():
             of_slot = slots == slot
             counts, lags_ms = self._open[slot]
             begun = np.bincount(cars[of_slot], minlength=len(counts))
             counts[:] = np.minimum(counts + begun, 2)
-            np.minimum.at(lags_ms, cars[of_slot], (at_ms[of_slot] - slot * self._dwell_ms).astype(np.int32))
+            np.minimum.at(lags_ms, cars[of_slot], (at_ms[of_slot] - slot * self._slots.dwell_ms).astype(np.int32))
         # A tag is used again after so many slots.
-        while len(self._closed) <= (t_ms - 1) // self._dwell_ms - TAGS:
+        while len(self._closed) <= (t_ms - 1) // self._slots.dwell_ms - TAGS:
             self._close_one()
 
     def slots(self, until_ms: int) -> list[Slot]:
         """The slots that began before ``until_ms``, each once for every leader."""
-        while len(self._closed) < -(-until_ms // self._dwell_ms):
+        while len(self._closed) < -(-until_ms // self._slots.dwell_ms):
             self._close_one()
         return [
-            Slot(leader, self._tag_of(number), number * self._dwell_ms, *counted)
+            Slot(leader, self._slots.tag(number), number * self._slots.dwell_ms, *counted)
             for number, counted in enumerate(self._closed)
             for leader in np.flatnonzero(self._leads).tolist()
         ]
-
-    def _slots_of(self, now: NDArray[np.int64], started: NDArray[np.void]) -> NDArray[np.int64]:
-        """The slot that each beginning belongs to, -1 where to none; ``now`` are the slots in which they happened."""
-        if self._tagged:
-            found = np.full(len(now), -1)
-            for slot in np.unique(now).tolist():
-                newest = np.full(TAGS + 1, -1)
-                for earlier in range(max(0, slot - TAGS + 1), slot + 1):
-                    newest[self._tag_of(earlier)] = earlier
-                found[now == slot] = newest[started["other"][now == slot]]
-        else:
-            words = started["word"].astype(np.int64)
-            before = np.where(words == self._words[(now - 1) % len(self._words)], now - 1, -1)
-            found = np.where(words == self._words[now % len(self._words)], now, before)
-        return found
-
-    def _tag_of(self, slot: int) -> int:
-        """The tag of a slot's word, 0 for a bare one."""
-        if not self._tagged:
-            return 0
-        if slot >= len(self._tags):
-            self._tags = slot_tags(self._words.tolist(), 2 * slot + 1)
-        return self._tags[slot]
 
     def _close_one(self) -> None:
         counts, lags_ms = self._open[len(self._closed)]

@@ -12,10 +12,10 @@ from typing import Any, Literal, NamedTuple
 
 from motorcade.cameras.broadcast import Camera, WebCamera
 from motorcade.drive.client import DriveClient
-from motorcade.drive.connection import CarError, CarRefusesError
+from motorcade.drive.connection import AwayError, CarRefusesError
 from motorcade.drive.session import MOST_SESSIONS, CarControl, ControlSession
-from motorcade.drive.wire import DriveError
-from motorcade.errors import MotorcadeError
+from motorcade.drive.wire import SessionError
+from motorcade.errors import DriveError, MotorcadeError
 from motorcade.server.remote_messages import ListedCar
 from motorcade.service.messages import sentences
 
@@ -33,7 +33,9 @@ _NAME = re.compile(r"\w[\w-]{0,39}")
 
 def named_page(user: str, address: str) -> str:
     """The name of a page, which others are shown: its user's name, if there is one, and where it comes from."""
-    return f"{user}{_BEFORE_ADDRESS}{address}" if user else address
+    if user:
+        return f"{user}{_BEFORE_ADDRESS}{address}"
+    return address
 
 
 def address_of(page: str) -> str:
@@ -124,7 +126,9 @@ class CombinedFleet(Fleet):
         self._may_drive = may_drive
 
     async def listed(self) -> list[ListedCar]:
-        simulated = await self._simulated.listed() if self._simulated else []
+        simulated = []
+        if self._simulated:
+            simulated = await self._simulated.listed()
         return simulated + await self._real.listed()
 
     def may_drive(self, car: str) -> bool:
@@ -135,7 +139,9 @@ class CombinedFleet(Fleet):
             await self._simulated.start()
 
     def of(self, car: str) -> Fleet:
-        return self._simulated if self._simulated and car.isdecimal() else self._real
+        if self._simulated and car.isdecimal():
+            return self._simulated
+        return self._real
 
 
 class RemoteCar(NamedTuple):
@@ -165,7 +171,7 @@ class RemoteControl:
     A car that can't be reached stands still.
 
     Args:
-        cars: begin and end its client. Raises DriveError where the car has too many.
+        cars: begin and end its client. Raises SessionError where the car has too many.
         car: to which it connects.
         page: its name.
 
@@ -183,9 +189,14 @@ class RemoteControl:
     @property
     def idle_s(self) -> float:
         """Time since the page last used the car; 0 while it drives, waits for the wheel, or has no client."""
-        you = self.client.you if self.client else {"drives": True}
+        if self.client:
+            you = self.client.you
+        else:
+            you = {"drives": True}
         is_used = you.get("drives") or you.get("waits") or self._stop_pending
-        return 0.0 if is_used else _now_s() - self._used_s
+        if is_used:
+            return 0.0
+        return _now_s() - self._used_s
 
     def give_up_client(self) -> None:
         """End the client; the page gets a new one when it uses the car again."""
@@ -231,7 +242,7 @@ class RemoteControl:
             except CarRefusesError:
                 self._stop_pending = False
                 raise
-            except CarError:
+            except DriveError:
                 await asyncio.sleep(_AGAIN_S)
 
     def telemetry(self) -> dict[str, Any]:
@@ -275,10 +286,12 @@ def _now_s() -> float:
 
 def _why(client: DriveClient) -> dict[str, str] | None:
     problem: MotorcadeError | None = client.problem
-    if problem and problem.code == "away":
+    if isinstance(problem, AwayError):
         # Its own sentence has a count of seconds, which a screen reader would read aloud every second.
         problem = MotorcadeError("car-out-of-reach", detail=problem.details["detail"])
-    return sentences(problem) if problem else None
+    if problem:
+        return sentences(problem)
+    return None
 
 
 class RemoteCars(Fleet):
@@ -321,9 +334,9 @@ class RemoteCars(Fleet):
     def page_names(self, car: RemoteCar) -> dict[str, str]:
         """The names of this server's pages with a user, by their names at a car; "" where it hasn't said."""
         return {
-            str(each.client.you.get("name") or ""): each.page
-            for each in self._controls[car.name]
-            if each.client and _BEFORE_ADDRESS in each.page
+            str(control.client.you.get("name") or ""): control.page
+            for control in self._controls[car.name]
+            if control.client and _BEFORE_ADDRESS in control.page
         }
 
     async def stop(self, car: str, page: str) -> None:
@@ -338,11 +351,11 @@ class RemoteCars(Fleet):
         return [control.client for control in self._controls[car] if control.client]
 
     def begin(self, found: RemoteCar) -> DriveClient:
-        """Begin a client of a car. Raises DriveError where it has too many, and all of them are used."""
+        """Begin a client of a car. Raises SessionError where it has too many, and all of them are used."""
         if len(self._clients(found.name)) >= MOST_SESSIONS:
             idlest = max(self._controls[found.name], key=lambda control: control.idle_s)
             if idlest.idle_s <= IDLE_S:
-                raise DriveError("full", sessions=MOST_SESSIONS)
+                raise SessionError("full", sessions=MOST_SESSIONS)
             idlest.give_up_client()
         client = DriveClient(
             found.host,

@@ -53,7 +53,10 @@ def json_response(data: Any, status: int = 200) -> Response:
 
 def error_response(problem: Exception) -> Response:
     """Return an answer with an error as JSON; an exception other than MotorcadeError is the error 'internal'."""
-    error = problem if isinstance(problem, MotorcadeError) else MotorcadeError("internal")
+    if isinstance(problem, MotorcadeError):
+        error = problem
+    else:
+        error = MotorcadeError("internal")
     return json_response({"error": error_answer(error)}, error.http_status)
 
 
@@ -88,7 +91,9 @@ class _Files(Mount):
 
     def matches(self, scope: Scope) -> tuple[Match, Scope]:
         """Return whether a request is for a file."""
-        return (Match.NONE, {}) if scope["path"].startswith("/api/") else super().matches(scope)
+        if scope["path"].startswith("/api/"):
+            return (Match.NONE, {})
+        return super().matches(scope)
 
 
 def check_page() -> None:
@@ -99,7 +104,9 @@ def check_page() -> None:
 
 def page_file(path: Path) -> Response:
     """Return a page's file; where the pages aren't built, a page that says in every language how to get them."""
-    return FileResponse(path) if path.is_file() else refusal_page(MotorcadeError("page-missing", folder=PAGE))
+    if path.is_file():
+        return FileResponse(path)
+    return refusal_page(MotorcadeError("page-missing", folder=PAGE))
 
 
 def refusal_page(problem: MotorcadeError) -> HTMLResponse:

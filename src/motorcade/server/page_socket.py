@@ -60,9 +60,11 @@ class PageSocket:
         """Send an answer. Where 64 wait the oldest gives way, but no bytes: pages acknowledge them, so they are few."""
         kind = type(answer)
         if kind in self._newest:
-            self._waiting = deque(each for each in self._waiting if each[0] is not kind)
+            self._waiting = deque(answer_waiting for answer_waiting in self._waiting if answer_waiting[0] is not kind)
         self._waiting.append((kind, answer if isinstance(answer, bytes) else msgspec.json.encode(answer).decode()))
-        if len(self._waiting) > _MOST_WAITING and (texts := [each for each in self._waiting if each[0] is not bytes]):
+        if len(self._waiting) > _MOST_WAITING and (
+            texts := [answer_waiting for answer_waiting in self._waiting if answer_waiting[0] is not bytes]
+        ):
             self._waiting.remove(texts[0])
         self._changed.set()
 

@@ -152,9 +152,12 @@ class PageSession:
             self._settings.record(did, self._name, car)
 
     def _record_driving(self, car: str, drives: bool) -> None:
-        if drives != (car in self._driven):
-            self._record("drives" if drives else "ends", car)
-            (self._driven.add if drives else self._driven.discard)(car)
+        if drives and car not in self._driven:
+            self._record("drives", car)
+            self._driven.add(car)
+        if not drives and car in self._driven:
+            self._record("ends", car)
+            self._driven.discard(car)
 
     def _request(self, action: Coroutine[Any, Any, None]) -> None:
         """Wait for a car in a task of its own; send the page an error where the car refuses."""
@@ -206,7 +209,7 @@ class PageSession:
     async def _send_telemetry(self) -> None:
         """Send the telemetry of the page's cars, ten times a second; give back those that it may drive no more."""
         while True:
-            for name in [each for each in self._steered if not self._fleet.may_drive(each)]:
+            for name in [name for name in self._steered if not self._fleet.may_drive(name)]:
                 self._steered.discard(name)
                 if name in self._controls:
                     self._request(self._give_back(self._controls[name]))

@@ -8,7 +8,7 @@ import ipaddress
 import re
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from dataclasses import dataclass
 from secrets import compare_digest
 
@@ -36,7 +36,6 @@ _LAST_WORDS_S = 1.0
 _PARTS, _NOT_ALLOWED = ("websocket.send", "http.response.body"), 1008
 # Paths that may be opened with the token in the address, and paths that only our own pages may request.
 _PAGES = ("/", "/drive")
-_TOKEN_CODES = ("token-needed", "wrong-token")
 _CAMERA = "/camera"
 _GUARDED = ("/api/", "/drive/", _CAMERA)
 # A Host header.
@@ -57,6 +56,10 @@ _HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
 }
+
+
+class TokenError(MotorcadeError):
+    """A request comes without the token that it needs, or with another one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,8 +131,10 @@ class RequestFilter:
                 self._check_token(scope, holder)
         except MotorcadeError as problem:
             # Somebody who opens the page without the token has to read what to do.
-            is_read = scope["type"] == "http" and scope["path"] in _PAGES and problem.code in _TOKEN_CODES
-            await _respond(refusal_page(problem) if is_read else error_response(problem), scope, receive, send)
+            answer: Response = error_response(problem)
+            if scope["type"] == "http" and scope["path"] in _PAGES and isinstance(problem, TokenError):
+                answer = refusal_page(problem)
+            await _respond(answer, scope, receive, send)
             return
         if shown:
             await self._store_token(scope)(scope, receive, send)
@@ -137,7 +142,10 @@ class RequestFilter:
         receive = self._bounded(receive, self._most_body(scope))
         if holder:
             receive, send = self._while_in(asker, holder, receive, send)
-        with self._counted(connection) if scope["type"] == "websocket" else nullcontext():
+        if scope["type"] == "websocket":
+            with self._counted(connection):
+                await self._app(scope, receive, send)
+        else:
             await self._app(scope, receive, send)
 
     def _while_in(self, asker: HTTPConnection, holder: str, receive: Receive, send: Send) -> tuple[Receive, Send]:
@@ -173,7 +181,10 @@ class RequestFilter:
             nonlocal out_since_s
             if message["type"] in _PARTS and not is_over and not is_in():
                 now_s = self._settings.clock()
-                out_since_s = now_s if out_since_s is None else out_since_s
+                if out_since_s is None:
+                    out_since_s = now_s
+                else:
+                    out_since_s = out_since_s
                 if now_s - out_since_s >= _LAST_WORDS_S:
                     await end()
             if is_over:
@@ -216,7 +227,9 @@ class RequestFilter:
 
     def _check_host(self, headers: Headers) -> None:
         hosts = headers.getlist("host")
-        found = _HOST.fullmatch(hosts[0]) if len(hosts) == 1 else None
+        found = None
+        if len(hosts) == 1:
+            found = _HOST.fullmatch(hosts[0])
         if found is None or not self._is_ours((found["address"] or found["name"]).lower()):
             raise MotorcadeError("foreign-host", name=", ".join(hosts)[:60] or "''")
 
@@ -251,15 +264,17 @@ class RequestFilter:
             # Programs that show a camera have no cookies.
             shown = connection.query_params.get("token", "")
         if token is not None and not _is_token(shown, token):
-            raise MotorcadeError("token-needed")
+            raise TokenError("token-needed")
 
     def _shown_token(self, scope: Scope) -> bool:
         """Whether the page is opened with the token in its address."""
-        shown = HTTPConnection(scope).query_params.get("token") if scope["path"] in _PAGES else None
+        shown = None
+        if scope["path"] in _PAGES:
+            shown = HTTPConnection(scope).query_params.get("token")
         if self._settings.token is None or shown is None:
             return False
         if not _is_token(shown, self._settings.token):
-            raise MotorcadeError("wrong-token")
+            raise TokenError("wrong-token")
         return True
 
     def _store_token(self, scope: Scope) -> Response:
@@ -275,7 +290,8 @@ class RequestFilter:
         async def bounded() -> Message:
             nonlocal left
             message = await receive()
-            left -= len(message.get("body", b"")) if message["type"] == "http.request" else 0
+            if message["type"] == "http.request":
+                left -= len(message.get("body", b""))
             if left < 0:
                 raise MotorcadeError("body-too-large", most=most)
             return message
@@ -304,7 +320,9 @@ def _caching(path: str) -> str:
     """Return how long a browser may cache ``path``; the names of assets change with their content."""
     if path.startswith("/assets/"):
         return "public, max-age=31536000, immutable"
-    return "no-store" if path.startswith(_GUARDED) else "no-cache"
+    if path.startswith(_GUARDED):
+        return "no-store"
+    return "no-cache"
 
 
 async def _respond(response: Response, scope: Scope, receive: Receive, send: Send) -> None:

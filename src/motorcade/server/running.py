@@ -1,4 +1,17 @@
-"""Serve an application at a socket, alone or beside other tasks of an event loop; make the addresses of its pages."""
+"""Serve an application at a socket, alone or beside other tasks of an event loop; make the addresses of its pages.
+
+Theory of operation: uvicorn speaks HTTP and WebSocket. Around it stands what docs/security.md promises and uvicorn has
+no limit for:
+
+- `motorcade.drive.listener.Listener` accepts connections in uvicorn's place. It bounds them in all and by address, and
+  where all places are taken it chooses who gives way. uvicorn's ``limit_concurrency`` would refuse the newcomer.
+- `PageConnection` stands between socket and uvicorn's protocol, as the transport of one and the protocol of the
+  other. It counts the bytes of both directions. So it finds a request or a body that doesn't go on, and a reader that
+  takes nothing, also while the application waits; uvicorn's ``timeout_keep_alive`` begins behind a request.
+- `PageWebSocket` counts frames that no application sees: pings, pongs, and parts of messages.
+- `PageConnection.serve` is a layer of ASGI around each request. It tells its connection when a request is in work, and
+  when it waits for its body.
+"""
 
 import asyncio
 import ipaddress
@@ -13,6 +26,8 @@ from typing import Any, cast
 
 import uvicorn
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from websockets.frames import Frame
 
 from motorcade.drive.listener import Listener, Places
 from motorcade.server.request_filter import STATE_KEY, ServerSettings
@@ -60,7 +75,7 @@ class Server(uvicorn.Server):
         config = uvicorn.Config(
             _noted(app),
             http="h11",
-            ws="websockets-sansio",
+            ws=PageWebSocket,
             log_level="warning",
             access_log=False,
             # There is no proxy in front, so any client could forge these headers.
@@ -88,8 +103,10 @@ class Server(uvicorn.Server):
         # Without sockets uvicorn begins everything else.
         await super().startup([])
         places = _PLACES._replace(most=min(_PLACES.most, allow_files() - _KEPT_FILES))
-        self._listeners = [Listener(each, self._connection, lambda: None, self._tls, places) for each in sockets or []]
-        self._accepting = [asyncio.create_task(each.serve()) for each in self._listeners]
+        self._listeners = [
+            Listener(bound, self._connection, lambda: None, self._tls, places) for bound in sockets or []
+        ]
+        self._accepting = [asyncio.create_task(listener.serve()) for listener in self._listeners]
         self._ready()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
@@ -155,8 +172,7 @@ def serve_alone(
 class PageConnection(asyncio.Protocol):
     """A connection of a browser, between the socket and uvicorn: to uvicorn it is the transport.
 
-    It is dropped where a request doesn't come in time, where nobody takes what is sent, or where a WebSocket brings
-    too many frames that are no messages.
+    It is dropped where a request doesn't come in time, or where nobody takes what is sent.
 
     Args:
         make_inner: makes uvicorn's protocol, given what it adds to the state of each request.
@@ -173,7 +189,6 @@ class PageConnection(asyncio.Protocol):
         self._line: asyncio.Transport | None = None
         self._loop = asyncio.get_running_loop()
         self._lost = asyncio.Event()
-        self._frames: Frames | None = None
         self._timers: list[asyncio.TimerHandle] = []
         self._works = 0
         self._awaits_body = self._is_closing = False
@@ -203,10 +218,7 @@ class PageConnection(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         self._came += len(data)
-        if self._frames and not self._frames.allow(data, to_ticks(self._loop.time())):
-            self.drop()
-        else:
-            self._inner.data_received(data)
+        self._inner.data_received(data)
 
     def eof_received(self) -> bool | None:
         return self._inner.eof_received()
@@ -232,7 +244,7 @@ class PageConnection(asyncio.Protocol):
 
     def set_protocol(self, protocol: asyncio.Protocol) -> None:
         """Take a WebSocket in place of HTTP."""
-        self._inner, self._frames = protocol, Frames()
+        self._inner = protocol
 
     def write(self, data: bytes) -> None:
         self._written += len(data)
@@ -292,39 +304,43 @@ class PageConnection(asyncio.Protocol):
         self._timers = [self._loop.call_later(seconds, job), *self._timers[:1]]
 
 
-class Frames:
-    """Count the frames of a WebSocket that are no whole messages, by their heads."""
+class PageWebSocket(WebSocketsSansIOProtocol):
+    """uvicorn's WebSocket, which is dropped where it brings too many frames that are no whole messages.
 
-    def __init__(self) -> None:
-        self._head = bytearray()
-        self._rest = 0
+    uvicorn answers pings and joins parts by itself, so no application sees how many come. Whole messages are counted
+    where they are read (`motorcade.server.page_socket`).
+    """
+
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        super().__init__(*arguments, **named)
         self._controls = RateLimit(CONTROLS_A_MINUTE, 60_000)
         self._fragments = RateLimit(FRAGMENTS_A_MINUTE, 60_000)
 
-    def allow(self, data: bytes, now_ms: int) -> bool:
-        """Whether the frames that begin in ``data``, which came at ``now_ms`` (ticks), are few enough."""
-        at = 0
-        while at < len(data):
-            if self._rest:
-                passed = min(self._rest, len(data) - at)
-                self._rest -= passed
-                at += passed
-                continue
-            self._head.append(data[at])
-            at += 1
-            if len(self._head) < 2:
-                continue
-            length, size = self._head[1] & 0x7F, {126: 2, 127: 8}.get(self._head[1] & 0x7F, 0)
-            if len(self._head) < 2 + size:
-                continue
-            opcode, is_last = self._head[0] & 0x0F, self._head[0] & 0x80
-            masks = 4 if self._head[1] & 0x80 else 0
-            self._rest = (int.from_bytes(self._head[2:], "big") if size else length) + masks
-            self._head.clear()
-            rate = self._controls if opcode >= 8 else None if is_last and opcode else self._fragments
-            if rate and not rate.allows(now_ms):
-                return False
-        return True
+    def _allows(self, rate: RateLimit) -> bool:
+        if rate.allows(to_ticks(self.loop.time())):
+            return True
+        self.transport.abort()
+        return False
+
+    def handle_ping(self) -> None:
+        if self._allows(self._controls):
+            super().handle_ping()
+
+    def handle_pong(self, event: Frame) -> None:
+        if self._allows(self._controls):
+            super().handle_pong(event)
+
+    def handle_cont(self, event: Frame) -> None:
+        if self._allows(self._fragments):
+            super().handle_cont(event)
+
+    def handle_text(self, event: Frame) -> None:
+        if event.fin or self._allows(self._fragments):
+            super().handle_text(event)
+
+    def handle_bytes(self, event: Frame) -> None:
+        if event.fin or self._allows(self._fragments):
+            super().handle_bytes(event)
 
 
 class _FewWarnings(logging.Filter):
@@ -376,10 +392,14 @@ def names_of(listener: socket.socket, host: str) -> list[str]:
     others = [name, f"{name.partition('.')[0]}.local", socket.getfqdn().lower()]
     # A page can't be opened at the unspecified address ('all addresses').
     address = ipaddress.ip_address(listener.getsockname()[0].partition("%")[0])
-    return others + names if address.is_unspecified else names + others
+    if address.is_unspecified:
+        return others + names
+    return names + others
 
 
 def url_of(host: str, port: int, token: str | None = None, page: str = "/", scheme: str = "http") -> str:
     """Return a page's address."""
-    query = f"?token={token}" if token else ""
+    query = ""
+    if token:
+        query = f"?token={token}"
     return f"{scheme}://{f'[{host}]' if ':' in host else host}:{port}{page}{query}"

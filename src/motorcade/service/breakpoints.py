@@ -11,7 +11,7 @@ from motorcade.engine.judging import to_disc_m, to_outline_m
 from motorcade.engine.moment import STUCK, unpack_events, unpack_moment
 from motorcade.errors import Phrase
 from motorcade.mats.geometry import Obstacle
-from motorcade.missions.goals import car_phrase
+from motorcade.missions.goal import car_phrase
 from motorcade.service.messages import sentences
 from motorcade.service.studio_world import StudioWorld
 from motorcade.service.why import touched
@@ -44,7 +44,9 @@ class Breakpoints:
     def take(self) -> list[Stopped]:
         """Return the stop that was not told yet, if there is one."""
         stopped, self._stopped = self._stopped, None
-        return [stopped] if stopped else []
+        if stopped:
+            return [stopped]
+        return []
 
     def see(self, events: bytes) -> bool:
         """Look at the world, with the rows of events since the last look; return whether it has to stop."""
@@ -54,11 +56,16 @@ class Breakpoints:
             now = dict(self._holding(condition, events))
             self._held[number] = set(now)
             # A car that is in the zone when the condition is set doesn't enter it.
-            first = set(now) if before is None and condition.kind in ("zone", "stuck") else before or set()
+            if before is None and condition.kind in ("zone", "stuck"):
+                first = set(now)
+            else:
+                first = before or set()
             begun = sorted(set(now) - first)
             if begun and self._stopped is None:
                 car, other, *_ = begun[0]
-                others = [other] if other >= 0 else []
+                others = []
+                if other >= 0:
+                    others = [other]
                 self._stopped = Stopped(self._world.now_ms, number, car, others, sentences(now[begun[0]]))
         if any(condition.kind == "touch" for condition in self.conditions):
             self._touching_ms = self._world.simulation.totals()["touching_ms"]
@@ -75,13 +82,18 @@ class Breakpoints:
         world = self._world
         cars: Sequence[int] = range(world.cars)
         if condition.car is not None:
-            cars = [condition.car] if condition.car in cars else []
+            if condition.car in cars:
+                cars = [condition.car]
+            else:
+                cars = []
         match condition.kind:
             case "touch" if world.simulation.totals()["touching_ms"] > self._touching_ms:
                 x_m, y_m = self._now()["x_m"], self._now()["y_m"]
                 for car, thing in touched(world.simulation.mat, cars, x_m, y_m, world.radius_m):
                     if condition.thing in ("", thing.kind) and condition.number in (None, thing.number):
-                        other = thing.number if thing.kind == "car" else _NOBODY
+                        other = _NOBODY
+                        if thing.kind == "car":
+                            other = thing.number
                         yield (car, other, f"{thing}"), Phrase("stop-touch", car=car_phrase(car), thing=_named(thing))
             case "stuck":
                 for car in cars:
@@ -101,7 +113,10 @@ class Breakpoints:
                 for event in unpack_events(events):
                     if event.kind in (STATE, START) and event.car in cars:
                         # A leader's event names its state; a follower's word is found by its bits.
-                        index = event.other + 1 if event.kind == STATE else self._now()["index"][event.car]
+                        if event.kind == STATE:
+                            index = event.other + 1
+                        else:
+                            index = self._now()["index"][event.car]
                         if index in condition.words:
                             yield (event.car, _NOBODY, f"{event.t_ms}"), Phrase("stop-block", car=car_phrase(event.car))
 
@@ -113,4 +128,6 @@ class Breakpoints:
 
 
 def _named(thing: Obstacle) -> Phrase:
-    return car_phrase(thing.number) if thing.kind == "car" else Phrase(f"thing-{thing.kind}")
+    if thing.kind == "car":
+        return car_phrase(thing.number)
+    return Phrase(f"thing-{thing.kind}")

@@ -15,7 +15,7 @@ from msgspec import Meta, Struct, field
 from motorcade.engine.events import FRAME, HEARD, LOSS_REASONS, LOST, START, STATE
 from motorcade.engine.moment import EVENT_BYTES, Event, unpack_events, unpack_moment
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.missions.goals import car_phrase
+from motorcade.missions.goal import car_phrase
 from motorcade.missions.odds import OpenWorlds
 from motorcade.service.history import EVERY_MS, History, pack_picture
 from motorcade.service.messages import Sentence, StreamAnswer, StreamMessage, sentences
@@ -108,7 +108,10 @@ class _Run:
         image = parse_image_bytes(world.simulation.images[0])
         dwell_ms = world.simulation.profile.dwell_ms[image.dwell_level]
         # A word that comes so much later than in the other run is not begun.
-        self.late_ms = int(dwell_ms * _LATE_PART) if image.followers else _LATE_MS
+        if image.followers:
+            self.late_ms = int(dwell_ms * _LATE_PART)
+        else:
+            self.late_ms = _LATE_MS
         self.store()
 
     def advance(self) -> tuple[bytes, bytes]:
@@ -192,8 +195,10 @@ class Comparison:
                 answers.append(Compared(now_ms))
         if not self.is_busy:
             if not self._is_found:
-                t_ms, car = self._place or (0, 0)
-                answers.append(self._difference("place" if self._place else "none", t_ms, car))
+                if self._place:
+                    answers.append(self._difference("place", *self._place))
+                else:
+                    answers.append(self._difference("none", 0, 0))
             answers.append(Compared(self._now_ms))
         return answers
 
@@ -235,19 +240,28 @@ class Comparison:
                 found.append((min(times), car, at))
         best = min(found, default=None)
         # A car that parted earlier may be found later.
-        return best if best and (now_ms - best[0] > 2 * self._late_ms or not self.is_busy) else None
+        if best and (now_ms - best[0] > 2 * self._late_ms or not self.is_busy):
+            return best
+        return None
 
     def _agree(self, one: tuple[int, int], other: tuple[int, int]) -> bool:
         return one[1] == other[1] and abs(one[0] - other[0]) < self._late_ms
 
     def _told(self, t_ms: int, car: int, number: int) -> Difference:
         begun = [run.begun[car] for run in self._runs]
-        words = [
-            each[number][1] if number < len(each) and each[number][0] - t_ms < self._late_ms else None for each in begun
-        ]
-        missed = words.index(None) if None in words else self._skipped(begun, number)
-        late_ms, cause = None, self._cause_of_another(car) if missed is None else None
-        if missed is not None:
+        words: list[int | None] = [None, None]
+        for run, words_begun in enumerate(begun):
+            if number < len(words_begun) and words_begun[number][0] - t_ms < self._late_ms:
+                words[run] = words_begun[number][1]
+        missed: int | None
+        if None in words:
+            missed = words.index(None)
+        else:
+            missed = self._skipped(begun, number)
+        late_ms = None
+        if missed is None:
+            cause = self._cause_of_another(car)
+        else:
             here, there = begun[missed], begun[1 - missed]
             words[missed], t_ms = None, there[number][0]
             if number < len(here) and here[number][1] == there[number][1]:
@@ -259,9 +273,9 @@ class Comparison:
             car,
             missed=missed,
             late_ms=late_ms,
-            words=[None if word is None else f"{word:08x}" for word in words],
-            cause=sentences(cause) if cause else None,
-            begun=[_around(each, t_ms) for each in begun],
+            words=[word if word is None else f"{word:08x}" for word in words],
+            cause=cause and sentences(cause),
+            begun=[_around(words_begun, t_ms) for words_begun in begun],
         )
 
     def _skipped(self, begun: list[list[tuple[int, int]]], number: int) -> int | None:
@@ -273,13 +287,13 @@ class Comparison:
 
     def _cause(self, car: int, missed: int, t_ms: int) -> Phrase | None:
         """Why a car did not begin a word in the run ``missed``, that it began in the other."""
-        heard = [each for each in self._around(1 - missed, t_ms) if each.car == car and each.kind == HEARD]
+        heard = [event for event in self._around(1 - missed, t_ms) if event.car == car and event.kind == HEARD]
         near = list(self._around(missed, t_ms))
-        lost = [each for each in near if each.car == car and each.kind == LOST]
+        lost = [event for event in near if event.car == car and event.kind == LOST]
         if heard:
             # What the car heard in the other run, it lost here: the frame of that word comes first.
             wanted = word_of(heard[-1].word)
-            lost = [each for each in lost if word_of(each.word) == wanted] or lost
+            lost = [event for event in lost if word_of(event.word) == wanted] or lost
         if lost:
             first = lost[0]
             if LOSS_REASONS[first.why] == "collision" and (by := self._collided(missed, first, near)) is not None:
@@ -287,8 +301,9 @@ class Comparison:
             return Phrase("parted-lost", other=car_phrase(first.other), why=Phrase(f"lost-{LOSS_REASONS[first.why]}"))
         if heard:
             sender = heard[-1].other
-            sent = any(each.kind == FRAME and each.car == sender for each in near)
-            return Phrase("parted-unreached" if sent else "parted-silent", other=car_phrase(sender))
+            if any(event.kind == FRAME and event.car == sender for event in near):
+                return Phrase("parted-unreached", other=car_phrase(sender))
+            return Phrase("parted-silent", other=car_phrase(sender))
         return None
 
     def _cause_of_another(self, car: int) -> Phrase | None:
@@ -296,14 +311,16 @@ class Comparison:
         one, other = (run.world for run in self._runs)
         if one.simulation.images == other.simulation.images:
             return None
-        return Phrase("parted-program" if car in one.leads() else "parted-words")
+        if car in one.leads():
+            return Phrase("parted-program")
+        return Phrase("parted-words")
 
     def _collided(self, run: int, lost: Event, near: list[Event]) -> int | None:
         """The nearest car that sent at the same time as the one whose frame was lost."""
         frame_ms = air_us(lost.word, self._runs[run].world.simulation.profile.infrared.unit_us) / 1000
         columns = unpack_moment(self._runs[run].history.moment_at(lost.t_ms)[1], self._cars)
         x_m, y_m = columns["x_m"], columns["y_m"]
-        sent = [each.car for each in near if each.kind == FRAME and 0 <= lost.t_ms - each.t_ms <= 2 * frame_ms]
+        sent = [event.car for event in near if event.kind == FRAME and 0 <= lost.t_ms - event.t_ms <= 2 * frame_ms]
         others = (car for car in sent if car not in (lost.other, lost.car))
         away = {car: math.dist((x_m[car], y_m[car]), (x_m[lost.car], y_m[lost.car])) for car in others}
         return min(away, key=lambda car: (away[car], car), default=None)
@@ -314,8 +331,8 @@ class Comparison:
 
 
 def _around(begun: list[tuple[int, int]], t_ms: int) -> list[BegunWord]:
-    first = bisect_left(begun, t_ms - _AROUND_MS, key=lambda each: each[0])
-    last = bisect_right(begun, t_ms + _AROUND_MS, key=lambda each: each[0])
+    first = bisect_left(begun, t_ms - _AROUND_MS, key=lambda start: start[0])
+    last = bisect_right(begun, t_ms + _AROUND_MS, key=lambda start: start[0])
     return [BegunWord(at_ms, f"{word:08x}") for at_ms, word in begun[max(first - 1, 0) : last]]
 
 

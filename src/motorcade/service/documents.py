@@ -9,7 +9,7 @@ import msgspec
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats.document import document_in, mat_of
 from motorcade.program.blocks import Workspace, blocks_of, program_of
-from motorcade.program.diagnostics import ProgramError
+from motorcade.program.diagnostics import NotJsonError, ProgramError
 from motorcade.program.model import FORMAT, Program, program_from_dict, read_document
 from motorcade.service.messages import Difficulty, Example, MatDocument, Project, sentences
 
@@ -44,7 +44,10 @@ def project_text(project: Project) -> str:
     """
     settings = {name: value for name in _SETTINGS if (value := getattr(project, name)) is not None}
     view = {"leader": project.leader, "followers": project.followers, **settings}
-    beside = {"view": view} if project.mat is None else {"mat": project.mat, "view": view}
+    if project.mat is None:
+        beside = {"view": view}
+    else:
+        beside = {"mat": project.mat, "view": view}
     program = whole_program(project.leader, project.followers, project.profile)
     return replace(program, beside=beside).as_json()
 
@@ -66,13 +69,13 @@ def open_file(text: str) -> Project:
     """Return the project in a file that a user chose. Raises MotorcadeError, which says what other files are."""
     try:
         document = read_document(text)
-    except ProgramError as problem:
-        if problem.diagnostics[0].code != "not-json":
-            raise
+    except NotJsonError as problem:
         if "motorcade-program" in text:
             raise MotorcadeError("project-not-whole", reason=problem) from None
         raise MotorcadeError("not-a-project") from None
-    file_format = document.get("format") if isinstance(document, dict) else None
+    file_format = None
+    if isinstance(document, dict):
+        file_format = document.get("format")
     if file_format == FORMAT:
         return open_text(text)
     kind = str(file_format).partition("/")[0]
@@ -98,7 +101,7 @@ def project_of(program: Program) -> Project:
 
 def _setting(view: Any, name: str) -> Any:
     """Return one stored setting of the page; None where the file has no valid one."""
-    kind = next(each.type for each in msgspec.structs.fields(Project) if each.name == name)
+    kind = next(field.type for field in msgspec.structs.fields(Project) if field.name == name)
     try:
         return msgspec.convert(view.get(name) if isinstance(view, dict) else None, kind)
     except msgspec.ValidationError:

@@ -108,7 +108,9 @@ class History:
     @property
     def earliest_ms(self) -> int:
         """The time of the oldest moment; 0 where there is none."""
-        return self._times[0] if self._times else 0
+        if self._times:
+            return self._times[0]
+        return 0
 
     def moment_at(self, t_ms: int) -> tuple[int, bytes]:
         """Return time and bytes of the last moment at ``t_ms`` or before, or else of the oldest; there must be one."""
@@ -129,11 +131,13 @@ class History:
 
     def lost_before(self, t_ms: int) -> int:
         """How many frames were lost before ``t_ms``, which is no earlier than the oldest moment less LATELY_MS."""
-        at = bisect_right(self._losses, t_ms, key=lambda each: each[0]) - 1
+        at = bisect_right(self._losses, t_ms, key=lambda loss: loss[0]) - 1
         if at < 0:
             return 0
         stored_ms, lost = self._losses[at]
-        between = self.events_between(stored_ms - 1, t_ms - 1) if t_ms > stored_ms else b""
+        between = b""
+        if t_ms > stored_ms:
+            between = self.events_between(stored_ms - 1, t_ms - 1)
         return lost + sum(event.kind == LOST for event in unpack_events(between))
 
     def newest_events(self, most: int) -> bytes:

@@ -71,7 +71,9 @@ def allowed_name(name: str) -> str:
     """Return a name that a project may have, near to ``name``."""
     kept = (letter if _may_be_in_a_name(letter) else "_" for letter in unicodedata.normalize("NFC", name))
     short = "".join(kept).strip()[:LONGEST_NAME].strip()
-    return "_" if short in ("", ".", "..") else short
+    if short in ("", ".", ".."):
+        return "_"
+    return short
 
 
 def _may_be_in_a_name(letter: str) -> bool:
@@ -85,9 +87,9 @@ def checked_user_name(text: str) -> str:
     none of letters and digits, has four marks in a row, or a letter that shows nothing.
     """
     name = " ".join(unicodedata.normalize("NFC", text[: 4 * MOST_OF_A_NAME]).split(" ")).strip()
-    kinds = "".join(unicodedata.category(each)[0] for each in name)
-    allowed = all(kind in "LMN" or each in " .-_'" for each, kind in zip(name, kinds, strict=True))
-    allowed = allowed and "M" * (_MOST_MARKS + 1) not in kinds and not any(ord(each) in _INVISIBLE for each in name)
+    kinds = "".join(unicodedata.category(letter)[0] for letter in name)
+    allowed = all(kind in "LMN" or letter in " .-_'" for letter, kind in zip(name, kinds, strict=True))
+    allowed = allowed and "M" * (_MOST_MARKS + 1) not in kinds and not any(ord(letter) in _INVISIBLE for letter in name)
     if name and not (allowed and name[0].isalnum() and len(name) <= MOST_OF_A_NAME and len(text) <= 4 * MOST_OF_A_NAME):
         raise MotorcadeError("bad-user-name", most=MOST_OF_A_NAME)
     return name

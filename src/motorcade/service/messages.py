@@ -354,19 +354,28 @@ class Endpoint(NamedTuple):
         """
         found = signature(function)
         given = tuple(name for name in found.parameters if name in known)
-        asked = [each for name, each in found.parameters.items() if name not in known]
+        asked = [parameter for name, parameter in found.parameters.items() if name not in known]
         if len(asked) == 1 and isinstance(only := asked[0].annotation, type) and issubclass(only, Struct):
             return cls(only, found.return_annotation, function, given, asked[0].name)
         fields = [
-            (each.name, each.annotation, *([] if each.default is Parameter.empty else [each.default])) for each in asked
+            (
+                parameter.name,
+                parameter.annotation,
+                *([] if parameter.default is Parameter.empty else [parameter.default]),
+            )
+            for parameter in asked
         ]
-        message = msgspec.defstruct(f"_{function.__name__}", fields, **options) if asked else Nothing
+        message: type[Struct] = Nothing
+        if asked:
+            message = msgspec.defstruct(f"_{function.__name__}", fields, **options)
         return cls(message, found.return_annotation or Nothing, function, given, "")
 
     def arguments(self, data: bytes) -> dict[str, Any]:
         """Return the arguments in a message, which is JSON; no message means none. Raises MotorcadeError."""
         message = decode(data or b"{}", self.message)
-        return {self.whole: message} if self.whole else msgspec.structs.asdict(message)
+        if self.whole:
+            return {self.whole: message}
+        return msgspec.structs.asdict(message)
 
 
 def decode(data: bytes | str, kind: type[T]) -> T:

@@ -14,7 +14,7 @@ from motorcade.missions import document as documents
 from motorcade.missions import model
 from motorcade.missions.check import STEPS, check_program, open_worlds_here, watched
 from motorcade.missions.document import OWN, built_in_mission, mission_of, parse_mission
-from motorcade.missions.goals import GoalState
+from motorcade.missions.goal import GoalState
 from motorcade.missions.odds import OpenWorlds
 from motorcade.missions.watch import MissionWatch, goal_phrase
 from motorcade.program.blocks import blocks_of, program_of
@@ -159,14 +159,18 @@ class MissionResult(Struct):
 
 def chosen_mission(choice: MissionChoice) -> model.Mission:
     """Return the mission of a choice. Raises MotorcadeError where there is none, or its document isn't valid."""
-    return mission_of(choice.document, OWN) if choice.document is not None else built_in_mission(choice.id)
+    if choice.document is not None:
+        return mission_of(choice.document, OWN)
+    return built_in_mission(choice.id)
 
 
 def list_missions(stars: Stars) -> list[MissionEntry]:
     """Return the missions that come with Motorcade, path by path and in order."""
     return [
-        MissionEntry(**_shown(each), stars=sorted({goal.star for goal in each.goals}), earned=stars.get(each.id, []))
-        for each in documents.missions()
+        MissionEntry(
+            **_shown(mission), stars=sorted({goal.star for goal in mission.goals}), earned=stars.get(mission.id, [])
+        )
+        for mission in documents.missions()
     ]
 
 
@@ -194,16 +198,21 @@ def mission_notes(choice: MissionChoice) -> MissionNotes:
     """Return what a teacher reads of a mission. Raises MotorcadeError."""
     mission = chosen_mission(choice)
     notes = mission.notes
+    if notes is None:
+        return MissionNotes(**_told(mission), minutes=None, aim=None, say=None, mistakes=[], further=None)
+    mistakes = []
+    for text, hint in notes.mistakes:
+        noted = NotedMistake(text.texts, None)
+        if hint is not None:
+            noted.hint = mission.hints[hint - 1].texts
+        mistakes.append(noted)
     return MissionNotes(
         **_told(mission),
-        minutes=notes.minutes if notes else None,
-        aim=notes.aim.texts if notes else None,
-        say=notes.say.texts if notes else None,
-        mistakes=[
-            NotedMistake(text.texts, None if hint is None else mission.hints[hint - 1].texts)
-            for text, hint in (notes.mistakes if notes else ())
-        ],
-        further=notes.further.texts if notes else None,
+        minutes=notes.minutes,
+        aim=notes.aim.texts,
+        say=notes.say.texts,
+        mistakes=mistakes,
+        further=notes.further.texts,
     )
 
 
@@ -253,7 +262,7 @@ def check_attempt(attempt: MissionAttempt, open_worlds: OpenWorlds) -> MissionRe
     mission = chosen_mission(attempt.mission)
     program = program_of(attempt.leader, attempt.followers, mission.document["profile"])
     result = check_program(mission, program, open_worlds)
-    steps = next((each for each in result.goals if each.kind == STEPS), None)
+    too_long = next((goal for goal in result.goals if goal.kind == STEPS and not goal.met), None)
     return MissionResult(
         stars=sorted(result.stars),
         earned=[],
@@ -262,7 +271,7 @@ def check_attempt(attempt: MissionAttempt, open_worlds: OpenWorlds) -> MissionRe
             for goal in result.goals
             if goal.kind != STEPS
         ],
-        steps=None if steps is None or steps.met else sentences(steps.why),
+        steps=too_long and sentences(too_long.why),
     )
 
 
@@ -280,12 +289,15 @@ def mission_goals(mission: model.Mission) -> list[MissionGoal]:
 
 def mission_zones(mission: model.Mission) -> list[MissionZone]:
     """The zones of a mission, as pages draw them."""
-    return [
-        MissionZone(zone.name, zone.title.texts, [[x, y] for x, y in zone.corners], None, None)
-        if zone.corners
-        else MissionZone(zone.name, zone.title.texts, [], [*zone.disc[:2]], zone.disc[2])
-        for zone in mission.zones
-    ]
+    zones = []
+    for zone in mission.zones:
+        if zone.corners:
+            corners = [[x, y] for x, y in zone.corners]
+            zones.append(MissionZone(zone.name, zone.title.texts, corners, None, None))
+        else:
+            x, y, radius = zone.disc
+            zones.append(MissionZone(zone.name, zone.title.texts, [], [x, y], radius))
+    return zones
 
 
 class Referee:
@@ -327,10 +339,15 @@ class Referee:
 
     def goals(self, shown_ms: int | None) -> Goals:
         """How it stood with the goals at a stored time; None: now."""
-        at = len(self._times) if shown_ms is None else bisect_right(self._times, shown_ms)
-        states = self._states[max(at - 1, 0)] if self._states else []
+        if shown_ms is None:
+            at = len(self._times)
+        else:
+            at = bisect_right(self._times, shown_ms)
+        states = []
+        if self._states:
+            states = self._states[max(at - 1, 0)]
         is_last = at == len(self._times)
         return Goals(
             is_over=self.is_over and is_last,
-            goals=[GoalNow(each.progress, each.t_ms, sentences(each.why), list(each.cars)) for each in states],
+            goals=[GoalNow(state.progress, state.t_ms, sentences(state.why), list(state.cars)) for state in states],
         )

@@ -24,10 +24,11 @@ from motorcade.program.python_writer import python_text, updated_text
 from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, Step, TogetherStep, own_fields
 from motorcade.service import messages
 from motorcade.service.documents import project_of, whole_program
-from motorcade.words.image import bytes_to_words, words_to_bytes
+from motorcade.words.packing import bytes_to_words, words_to_bytes
 
 # The sentence of an error in a file names at most so many diagnostics; the others often follow from the first ones.
 _MOST_SHOWN = 3
+_EDITORS: tuple[Literal["leader", "followers"], ...] = ("leader", "followers")
 # Errors of the whole program: without the block that they name, it would be another one.
 _TOO_MANY = ("too-many-states", "too-many-words")
 # The fields for which a button has words of its own; of others it says the value alone.
@@ -35,7 +36,7 @@ _FIXES = ("accept_ir", "behind", "delete", "dwell_seconds", "seconds", "tagged",
 # What a block around the wrong one, or the followers' hat, decides.
 _SETTINGS = ("accept_ir", "dwell_seconds", "tagged")
 # The fields of steps, by whose names the sentences of a file's errors tell where they are.
-_FIELD_NAMES = {each.name for kind in (*SIMPLE_KINDS, RepeatStep) for each in own_fields(kind)}
+_FIELD_NAMES = {field.name for kind in (*SIMPLE_KINDS, RepeatStep) for field in own_fields(kind)}
 # The fields of the control word that a step of each kind fills.
 _FIELDS = {kind.kind: word_fields(kind) for kind in SIMPLE_KINDS}
 
@@ -45,7 +46,7 @@ def profile_figures() -> list[messages.ProfileFigures]:
     figures = []
     for profile in map(built_in_profile, built_in_profiles()):
         step, most = gcd(*profile.durations_ms) / 1000, MOST_PIECES * profile.durations_ms[-1] / 1000
-        values = {each.name: getattr(profile, each.name) for each in fields(profile)}
+        values = {field.name: getattr(profile, field.name) for field in fields(profile)}
         figures.append(messages.ProfileFigures(**values, seconds=messages.Seconds(0, step, most)))
     return figures
 
@@ -125,15 +126,19 @@ def _without(left_out: set[str], state: Any) -> Any:
     if not left_out:
         return state
     if isinstance(state, list):
-        return [_without(left_out, each) for each in state]
+        return [_without(left_out, part) for part in state]
     if not isinstance(state, dict):
         return state
     copy = {key: _without(left_out, value) for key, value in state.items()}
-    return {**copy, "enabled": False} if state.get("id") in left_out and "type" in state else copy
+    if state.get("id") in left_out and "type" in state:
+        return {**copy, "enabled": False}
+    return copy
 
 
 def _answer(compiled: Compiled, program: Program) -> messages.CompiledBlocks:
-    followers_steps = program.followers.steps if program.followers else ()
+    followers_steps: Sequence[Step] = ()
+    if program.followers:
+        followers_steps = program.followers.steps
     return messages.CompiledBlocks(
         diagnostics=[],
         image=words_to_bytes(compiled.words) if compiled.words else None,
@@ -154,7 +159,9 @@ def error_answer(problem: MotorcadeError) -> messages.ErrorAnswer:
     if isinstance(problem, ProgramError):
         first = problem.diagnostics[:_MOST_SHOWN]
         sentence = {
-            language: "\n".join(f"{_place(each, language)}{each.sentence(language)}" for each in first)
+            language: "\n".join(
+                f"{_place(diagnostic, language)}{diagnostic.sentence(language)}" for diagnostic in first
+            )
             for language in languages()
         }
         return messages.ErrorAnswer(first[0].code, {}, sentence, diagnostics_in_all_languages(problem.diagnostics))
@@ -166,7 +173,7 @@ def _place(diagnostic: program_diagnostics.Diagnostic, language: str) -> str:
     speed: '; nothing for the whole file.
     """
     numbers = ".".join(str(int(number) + 1) for number in re.findall(r"\[(\d+)\]", diagnostic.path))
-    editor = next((name for name in ("leader", "followers") if diagnostic.path.startswith(name)), None)
+    editor = next((editor for editor in _EDITORS if diagnostic.path.startswith(editor)), None)
     if editor is None:
         return f"{diagnostic.path}: ".removeprefix(": ")
     place = Phrase(f"place-{editor}")
@@ -185,19 +192,30 @@ def diagnostics_in_all_languages(
 
     A fix of the followers' settings names its block where ``followers``, the state of their workspace, is given.
     """
-    return [
-        messages.Diagnostic(
-            each.code,
-            each.severity,
-            {language: each.sentence(language, "page") for language in languages()},
-            each.path,
-            each.id,
-            next((editor for editor in ("leader", "followers") if each.path.startswith(editor)), None),
-            messages.TextPlace(*each.span) if each.span else None,
-            [_fix(fix, each.id, followers if each.path.startswith("followers") else None) for fix in each.fixes],
+    found = []
+    for diagnostic in diagnostics:
+        path, block = diagnostic.path, diagnostic.id
+        editor = next((editor for editor in _EDITORS if path.startswith(editor)), None)
+        settings = None
+        if editor == "followers":
+            settings = followers
+        found.append(
+            messages.Diagnostic(
+                diagnostic.code,
+                diagnostic.severity,
+                {language: diagnostic.sentence(language, "page") for language in languages()},
+                path,
+                block,
+                editor,
+                _text_place(diagnostic.span),
+                [_fix(fix, block, settings) for fix in diagnostic.fixes],
+            )
         )
-        for each in diagnostics
-    ]
+    return found
+
+
+def _text_place(span: program_diagnostics.Span | None) -> messages.TextPlace | None:
+    return span and messages.TextPlace(*span)
 
 
 def _fix(fix: program_diagnostics.Fix, block: str | None, followers: Any) -> messages.Fix:
@@ -206,8 +224,12 @@ def _fix(fix: program_diagnostics.Fix, block: str | None, followers: Any) -> mes
     if followers is not None and fix.field in _SETTINGS:
         holder = holder_of(followers, block, fix.field)
     name, value = field_value(fix.field, fix.value, holder is not None and "TAGGED" in holder.get("fields", {}))
-    shown = f"{value:g}" if isinstance(value, float) else str(value)
-    what = fix.field if fix.field in _FIXES else "value"
+    shown = str(value)
+    if isinstance(value, float):
+        shown = f"{value:g}"
+    what = "value"
+    if fix.field in _FIXES:
+        what = fix.field
     if fix.field == program_diagnostics.TEXT:
         shown = shown.strip(" ,\n") or shown
         if not shown:
@@ -217,8 +239,10 @@ def _fix(fix: program_diagnostics.Fix, block: str | None, followers: Any) -> mes
     elif fix.value is True:
         what = "listen"
     sentence = messages.sentences(Phrase(f"fix-{what}", value=shown))
-    place = messages.TextPlace(*fix.span) if fix.span else None
-    return messages.Fix(name, value, sentence, holder.get("id") if holder else None, place)
+    block = None
+    if holder:
+        block = holder.get("id")
+    return messages.Fix(name, value, sentence, block, _text_place(fix.span))
 
 
 def _words(compiled: Compiled, program: Program) -> list[messages.Word]:
@@ -239,9 +263,9 @@ def _words(compiled: Compiled, program: Program) -> list[messages.Word]:
 
 def _costliest(compiled: Compiled, too_many: str, prefix: str, steps: Sequence[Step]) -> messages.Costliest | None:
     """Return the one of ``steps`` that makes the most words; the paths of these steps begin with ``prefix``."""
-    for each in compiled.diagnostics:
-        if each.code == too_many:
-            return messages.Costliest(each.id, each.details["cost"])
+    for diagnostic in compiled.diagnostics:
+        if diagnostic.code == too_many:
+            return messages.Costliest(diagnostic.id, diagnostic.details["cost"])
     counts = Counter(
         int(path.removeprefix(prefix).partition("]")[0]) for path, _ in compiled.origins if path.startswith(prefix)
     )
@@ -258,7 +282,10 @@ def blocks_to_python(sent: messages.BlocksAndText) -> messages.PythonText:
     except ProgramError:
         return messages.PythonText(sent.text or python_text(Program([], profile=sent.profile)))
     try:
-        text = updated_text(sent.text, program) if sent.text.strip() else python_text(program)
+        if sent.text.strip():
+            text = updated_text(sent.text, program)
+        else:
+            text = python_text(program)
     except ProgramError as problem:
         return messages.PythonText(sent.text, [], diagnostics_in_all_languages(problem.diagnostics))
     read = read_python(text)

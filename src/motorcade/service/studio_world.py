@@ -27,8 +27,9 @@ from motorcade.service.missions import Referee, chosen_mission
 from motorcade.service.why import why
 from motorcade.service.world_messages import CarDetails, ReceivedFrame, SetWorld, WorldHello
 from motorcade.words.formats import CONTROL, FRAME
-from motorcade.words.image import bytes_to_words, parse_image_bytes
+from motorcade.words.image import parse_image_bytes
 from motorcade.words.infrared import word_of
+from motorcade.words.packing import bytes_to_words
 from motorcade.words.upload import NO_PROGRAM
 
 # With more a moment takes so long to compute that one world delays the others.
@@ -117,14 +118,18 @@ class StudioWorld:
         world = self.simulation
         word, runs, held = world.memory_of(car, (WORD, RUNNING, HOLDS))
         leads = bool(world.mat.starts.leads[car])
-        holds = bool(runs if leads else held)
+        holds = bool(held)
+        if leads:
+            holds = bool(runs)
         counted = self.pictures.counted(car)
-        last = _received(counted.last_word, counted.last_sender, counted.last_ms) if counted.heard else None
+        last = None
+        if counted.heard:
+            last = _received(counted.last_word, counted.last_sender, counted.last_ms)
         driven = car in self.driven()
         return CarDetails(
             car=car,
             leads=leads,
-            **_shown_word(word if holds else None),
+            **_shown_word(word, holds),
             index=self.pictures.index_of(car),
             runs=bool(runs),
             frames=counted.frames,
@@ -146,13 +151,15 @@ class StudioWorld:
         heard = next((event for event in reversed(before) if event.kind == HEARD), None)
         columns = unpack_moment(moment, self.cars)
         index, runs = columns["index"][car], bool(columns["flags"][car] & RUNS)
-        word = begun.word if begun else None
+        word = None
+        if begun:
+            word = begun.word
         # With several images the index may be of another one than the first.
         if index != NO_INDEX and len(self.simulation.images) == 1:
             word = bytes_to_words(self.simulation.images[0])[index]
         return structs.replace(
             now,
-            **_shown_word(word if runs or not now.leads else None),
+            **_shown_word(word, runs or not now.leads),
             index=index,
             runs=runs,
             frames=now.frames - after[SENT, 0],
@@ -163,7 +170,9 @@ class StudioWorld:
 
     def driven(self) -> list[int]:
         """Return the cars that don't run their own program because somebody drives or drove them."""
-        return self._steering.driven(self.cars) if self._steering else []
+        if self._steering:
+            return self._steering.driven(self.cars)
+        return []
 
     def leads(self) -> list[int]:
         """The cars that lead."""
@@ -175,12 +184,11 @@ class StudioWorld:
         return WorldHello(session, resumed, self.cars, self.leads(), self.tick_ms, self.radius_m, range_m)
 
 
-def _shown_word(word: int | None) -> dict[str, Any]:
-    """A word as a page shows it, and by fields."""
-    return {
-        "word": None if word is None else f"{word:08x}",
-        "values": None if word is None else CONTROL.decode(word)._asdict(),
-    }
+def _shown_word(word: int | None, is_held: bool) -> dict[str, Any]:
+    """A word as a page shows it, and by fields; nothing of it where the car holds none."""
+    if word is None or not is_held:
+        return {"word": None, "values": None}
+    return {"word": f"{word:08x}", "values": CONTROL.decode(word)._asdict()}
 
 
 def _received(bits: int, sender: int, t_ms: int) -> ReceivedFrame:
@@ -203,11 +211,15 @@ def open_world(
     if message.mission:
         check_mission_size(message.mission, most_cars)
     profile = built_in_profile(message.profile)
-    image = NO_PROGRAM if message.image is None else message.image
+    image = NO_PROGRAM
+    if message.image is not None:
+        image = message.image
     parse_image_bytes(image)
     with raised_as("bad-mat"):
         check_mat(mat, profile)
-    referee = Referee(chosen_mission(message.mission), image) if message.mission else None
+    referee = None
+    if message.mission:
+        referee = Referee(chosen_mission(message.mission), image)
     if referee:
         _check_fixed(referee.mission, mat, message.range_mm)
     with raised_as("bad-world"):
@@ -249,19 +261,23 @@ def _check_size(document: Any, most_cars: float = math.inf) -> None:
     A crowd is one line, yet it may have millions of cars. What isn't valid counts as nothing: another check refuses it.
     """
     cars = len(_tables(document, "car")) + sum(
-        each["cars"] for each in _tables(document, "crowd") if isinstance(each.get("cars"), int | float)
+        crowd["cars"] for crowd in _tables(document, "crowd") if isinstance(crowd.get("cars"), int | float)
     )
     if cars > most_cars:
         raise MotorcadeError("too-many-cars", count=cars, most=most_cars)
     single = sum(len(_tables(document, name)) for name in ("wall", "disc", "voice"))
     listed = (("polygon", "corners_m"), ("zone", "corners_m"), ("person", "path"))
-    lists = [each.get(key) for name, key in listed for each in _tables(document, name)]
-    count = single + sum(len(each) for each in lists if isinstance(each, list))
+    lists = [table.get(key) for name, key in listed for table in _tables(document, name)]
+    count = single + sum(len(listed_things) for listed_things in lists if isinstance(listed_things, list))
     if count > MOST_FURNITURE:
         raise MotorcadeError("too-much-furniture", count=count, most=MOST_FURNITURE)
 
 
 def _tables(document: Any, name: str) -> list[dict[str, Any]]:
     """The tables of a list of a document that may be no valid one."""
-    found = document.get(name) if isinstance(document, dict) else None
-    return [each for each in found if isinstance(each, dict)] if isinstance(found, list) else []
+    found = None
+    if isinstance(document, dict):
+        found = document.get(name)
+    if isinstance(found, list):
+        return [table for table in found if isinstance(table, dict)]
+    return []

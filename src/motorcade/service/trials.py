@@ -104,7 +104,9 @@ class _Try:
             return [failure]
         ended = self._odds.advance()
         self._trials += ended
-        return [self.luck()] if ended else []
+        if ended:
+            return [self.luck()]
+        return []
 
     def luck(self) -> Luck:
         failed = [trial.seed for trial in self._trials if not works(self._mission, trial)]
@@ -141,7 +143,7 @@ class TrialSession:
     @property
     def is_busy(self) -> bool:
         """Whether `advance` has something to do."""
-        return any(each is not None and each.is_busy for each in (self._try, self._comparison))
+        return any(work is not None and work.is_busy for work in (self._try, self._comparison))
 
     def receive(self, message: TrialMessage) -> list[TrialAnswer | bytes]:
         """Do what the page asks. Raises MotorcadeError where that isn't possible."""
@@ -158,11 +160,15 @@ class TrialSession:
                 self._comparison = None
                 self._comparison = Comparison(message, self._most_cars, self._open_worlds)
             case Show():
-                return [*self._comparison.pictures(message.t_ms)] if self._comparison else []
+                if self._comparison:
+                    return [*self._comparison.pictures(message.t_ms)]
+                return []
         return []
 
     def advance(self) -> list[TrialAnswer | bytes]:
         """Go on for some milliseconds of computing."""
         # Somebody waits for the comparison.
-        busy = next((each for each in (self._comparison, self._try) if each is not None and each.is_busy), None)
-        return [*busy.advance()] if busy else []
+        busy = next((work for work in (self._comparison, self._try) if work is not None and work.is_busy), None)
+        if busy:
+            return [*busy.advance()]
+        return []

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from motorcade.car.board import Board
 from motorcade.car.loop import Car
 from motorcade.config.profile import Profile, built_in_profile, levels_of
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import MotorcadeError, Phrase, TransferError
 from motorcade.service import world_messages
 from motorcade.service.messages import ErrorAnswer, Port, sentences
 from motorcade.service.world_messages import Outcome, UploadAnswer, UploadOrder
@@ -62,7 +62,7 @@ class UploadSession:
         """Store bytes from the port for `advance`; None: the page has closed the port."""
         if data is None or self._count + len(data) > _MOST_BYTES:
             holds = holds_phrase(self._transfer.holds)
-            self._end(failed(MotorcadeError("went-away", port=WEB_SERIAL, holds=holds)))
+            self._end(failed(TransferError("went-away", port=WEB_SERIAL, holds=holds)))
             return
         self._count += len(data)
         self._data += data
@@ -146,13 +146,13 @@ class VirtualCarSession(UploadSession):
     def advance(self, now_s: float) -> list[bytes | UploadAnswer]:
         """Continue both ends at ``now_s``; return answers for the page. Raises what ``load`` raises."""
         out = super().advance(now_s)
-        self._board.received += b"".join(each for each in out if isinstance(each, bytes))
+        self._board.received += b"".join(message for message in out if isinstance(message, bytes))
         self._board.time_ms = int(now_s * 1000) & TICKS_MASK
         self._car.tick()
         if self._board.sent:
             super().receive(self._board.sent)
             self._board.sent = b""
-        return [each for each in out if not isinstance(each, bytes)]
+        return [message for message in out if not isinstance(message, bytes)]
 
 
 def check_order(order: UploadOrder) -> Profile:
@@ -189,10 +189,14 @@ def outcome_of(order: UploadOrder, transfer: Transfer, port: str) -> Outcome:
     assert outcome is not None
     if order.readback:
         failure = readback_error(port, outcome)
-        return failed(failure) if failure else world_messages.ImageRead(bytes(outcome.detail))
+        if failure:
+            return failed(failure)
+        return world_messages.ImageRead(bytes(outcome.detail))
     if failure := upload_error(port, outcome, transfer.holds):
         return failed(failure)
-    return world_messages.Verified(str(outcome.detail)) if order.verify else world_messages.NotVerified()
+    if order.verify:
+        return world_messages.Verified(str(outcome.detail))
+    return world_messages.NotVerified()
 
 
 def failed(problem: MotorcadeError, port: str = "") -> world_messages.Failed:

@@ -142,22 +142,26 @@ def _sent_now(world: Simulation, words: Sequence[int]) -> int | None:
     if len(leaders) != 1:
         return None
     (slot,) = world.memory_of(leaders[0], (SLOT,))
-    return words[slot] if slot < len(words) else None
+    if slot < len(words):
+        return words[slot]
+    return None
 
 
 def _out_of_reach(world: Simulation, senders: Sequence[Near], listeners: Sequence[Near]) -> Why:
     """Return why no frame of those who have sent some reaches the car; ``listeners`` pass none on."""
-    between = next((each for each in listeners if each.reach == "reaches"), None)
+    between = next((listener for listener in listeners if listener.reach == "reaches"), None)
     # Where bits can flip on the way, a car that passes words on is not sure to have any.
     if between and world.mat.physics.bit_error_rate == 0:
         return _why(Phrase("why-not-passed-on", car=between.car), "forward")
-    nearest = min(senders, key=lambda each: each.distance_mm)
+    nearest = min(senders, key=lambda listener: listener.distance_mm)
     details = {"car": nearest.car, "metres": f"{nearest.distance_mm / 1000:.2f}"}
     if nearest.reach == "too-far":
         value = nearest.distance_mm + 1
         phrase = Phrase("why-too-far", **details, range=f"{world.profile.infrared.range_mm / 1000:g}")
         # Where infrared can't reach so far, the car comes nearer.
-        return _why(phrase, "range_mm", value) if value <= _LONGEST_RANGE_MM else _why(phrase, "move", nearest.car)
+        if value <= _LONGEST_RANGE_MM:
+            return _why(phrase, "range_mm", value)
+        return _why(phrase, "move", nearest.car)
     if nearest.reach in ("hidden", "outside-beam"):
         return _why(Phrase(f"why-{nearest.reach}", **details), "move", nearest.car)
     return _why(Phrase("why-not-yet", **details))
@@ -271,29 +275,35 @@ def carry_out(order: RemedyOrder) -> RemedyChanges:
         cars = _cars(document, mat)
         return RemedyChanges(_with_cars(document, [car for k, car in enumerate(cars) if k != order.value]))
     kind = remedy.removeprefix("remove-")
-    pieces = [piece for k, piece in enumerate(document.get(kind, [])) if k != order.value]
-    return RemedyChanges({**_without(document, kind), **({kind: pieces} if pieces else {})})
+    changed = _without(document, kind)
+    if pieces := [piece for k, piece in enumerate(document.get(kind, [])) if k != order.value]:
+        changed[kind] = pieces
+    return RemedyChanges(changed)
 
 
 def _placed(order: RemedyOrder, mat: Mat) -> MatDocument | None:
     """The mat with a leader more, or with the car in front of the one that it should hear; None without room."""
     cars, starts, profile = _cars(order.mat, mat), mat.starts, built_in_profile(order.profile)
     is_new = order.remedy == "leader"
-    near = order.car if is_new else order.value
+    near = order.value
+    if is_new:
+        near = order.car
     if max(order.car, near) >= len(cars):
         return None
     at, heading = (starts.x_m[near], starts.y_m[near]), starts.heading[near]
     others = [(starts.x_m[k], starts.y_m[k]) for k in range(len(cars)) if is_new or k != order.car]
     radius_m = profile.body.diameter_mm / 2000
     reach_m = (order.range_mm or profile.infrared.range_mm) / 1000
-    away_m = -_BEHIND_M if is_new else _FRONT_M
+    away_m = _FRONT_M
+    if is_new:
+        away_m = -_BEHIND_M
     for point in _rings((at[0] + away_m * math.cos(heading), at[1] + away_m * math.sin(heading))):
         if math.dist(at, point) > reach_m - _SPARE_M or not _has_room(mat, others, point, radius_m):
             continue
         # A new leader is turned towards the car; else the car is put where the other one's beam is.
         if not is_new and _off_deg(at, heading, point) > mat.physics.beam_half_angle_deg - _SPARE_DEG:
             continue
-        if not _is_in_sight(mat, at, point, [each for each in others if each != at], radius_m):
+        if not _is_in_sight(mat, at, point, [car for car in others if car != at], radius_m):
             continue
         place = {"at_m": [round(point[0], 3), round(point[1], 3)]}
         if is_new:
@@ -317,7 +327,7 @@ def _has_room(mat: Mat, others: list[Point], point: Point, radius_m: float) -> b
     air_m, (x, y) = radius_m + _AIR_M, point
     if mat.size_m and not (air_m <= x <= mat.size_m[0] - air_m and air_m <= y <= mat.size_m[1] - air_m):
         return False
-    if any(math.dist(each, point) < air_m + radius_m for each in others):
+    if any(math.dist(car, point) < air_m + radius_m for car in others):
         return False
     return obstructed(mat, [x], [y], air_m, Phrase("mat-of-page")) is None
 
@@ -334,9 +344,7 @@ def _is_in_sight(mat: Mat, at: Point, point: Point, others: list[Point], radius_
     steps = max(2, math.ceil(math.dist(at, point) / _SIGHT_STEP_M))
     x_m = [at[0] + (point[0] - at[0]) * k / steps for k in range(steps + 1)]
     y_m = [at[1] + (point[1] - at[1]) * k / steps for k in range(steps + 1)]
-    if any(
-        math.dist((x, y), each) < radius_m + _SIGHT_STEP_M for x, y in zip(x_m, y_m, strict=True) for each in others
-    ):
+    if any(math.dist((x, y), car) < radius_m + _SIGHT_STEP_M for x, y in zip(x_m, y_m, strict=True) for car in others):
         return False
     return obstructed(mat, x_m, y_m, _SIGHT_STEP_M, Phrase("mat-of-page")) is None
 
@@ -352,7 +360,7 @@ def _with_cars(document: MatDocument, cars: list[dict[str, Any]]) -> MatDocument
 
 
 def _without(document: dict[str, Any], key: str) -> dict[str, Any]:
-    return {each: value for each, value in document.items() if each != key}
+    return {name: value for name, value in document.items() if name != key}
 
 
 def _followers_fields(workspace: Any, field: str) -> list[FieldChange]:
@@ -360,8 +368,11 @@ def _followers_fields(workspace: Any, field: str) -> list[FieldChange]:
     changes = [FieldChange(None, field, "TRUE")]
     left: list[Any] = [workspace]
     while left:
-        each = left.pop()
-        left += each.values() if isinstance(each, dict) else each if isinstance(each, list) else ()
-        if isinstance(each, dict) and each.get("type") == INFRARED and each.get("fields", {}).get(field) == "no":
-            changes.append(FieldChange(str(each.get("id")), field, "same"))
+        part = left.pop()
+        if isinstance(part, list):
+            left += part
+        if isinstance(part, dict):
+            left += part.values()
+            if part.get("type") == INFRARED and part.get("fields", {}).get(field) == "no":
+                changes.append(FieldChange(str(part.get("id")), field, "same"))
     return changes

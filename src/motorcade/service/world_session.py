@@ -127,7 +127,9 @@ class WorldSession:
 
     def _new_goals(self) -> list[WorldAnswer]:
         """How it stands with the mission's goals at the shown time, where that has changed."""
-        goals = self.world.referee.goals(self._shown_ms) if self.world.referee else None
+        goals = None
+        if self.world.referee:
+            goals = self.world.referee.goals(self._shown_ms)
         if goals is None or goals == self._told_goals:
             return []
         self._told_goals = goals
@@ -145,8 +147,10 @@ class WorldSession:
         if isinstance(message, world_messages.SetWorld):
             return self.begin(self.make_world(message))
         self._apply(message, self.world)
-        car = self.car()
-        return [self.state(), *self._breakpoints.take(), *self._new_goals(), *([car] if car else [])]
+        answers = [self.state(), *self._breakpoints.take(), *self._new_goals()]
+        if car := self.car():
+            answers.append(car)
+        return answers
 
     def _apply(self, message: WorldMessage, world: StudioWorld) -> None:
         match message:
@@ -181,7 +185,9 @@ class WorldSession:
 
     def wait_s(self, now_s: float) -> float | None:
         """After how many seconds `advance` is to be called; None: not before the next message."""
-        return max(self._due_s - now_s, 0.0) if self.playing or self.has_news else None
+        if self.playing or self.has_news:
+            return max(self._due_s - now_s, 0.0)
+        return None
 
     def advance(self, now_s: float) -> list[WorldAnswer | bytes]:
         """Simulate what is due at ``now_s`` (seconds since any moment); return what is to be sent."""
@@ -191,7 +197,10 @@ class WorldSession:
         if may_show:
             self._drew_s = now_s
         is_hidden = now_s - self._drew_s >= HIDDEN_AFTER_S
-        self._due_s = max(self._due_s + (HIDDEN_STEP_S if is_hidden else PICTURE_S), now_s)
+        step_s = PICTURE_S
+        if is_hidden:
+            step_s = HIDDEN_STEP_S
+        self._due_s = max(self._due_s + step_s, now_s)
         was_playing = self.playing
         self.simulate(now_s)
         if was_playing and not self.playing:
@@ -231,9 +240,10 @@ class WorldSession:
 
     def seek(self, t_ms: int | None) -> None:
         """Show the stored moment at a time, and stop the world's time; None: show the present."""
-        self._shown_ms = None if t_ms is None else self._history.moment_at(t_ms)[0]
         self.has_news = True
+        self._shown_ms = None
         if t_ms is not None:
+            self._shown_ms = self._history.moment_at(t_ms)[0]
             self.pause()
 
     def _reset(self, seed: int) -> None:
@@ -276,7 +286,9 @@ class WorldSession:
         """
         if not self.playing:
             return
-        elapsed_s = 0.0 if self._advanced_s is None else max(now_s - self._advanced_s, 0.0)
+        elapsed_s = 0.0
+        if self._advanced_s is not None:
+            elapsed_s = max(now_s - self._advanced_s, 0.0)
         self._advanced_s = now_s
         behind_ms = min(self._behind_ms + elapsed_s * 1000 * self.speed, _MOST_BEHIND_S * 1000 * self.speed)
         tick_ms = self.world.tick_ms

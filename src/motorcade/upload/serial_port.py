@@ -25,7 +25,7 @@ try:
 except ImportError:  # Windows
     TerminalError = OSError  # type: ignore[assignment, misc]
 
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import MotorcadeError, Phrase, TransferError
 from motorcade.sockets import host_and_port
 from motorcade.timing import monotonic_ms
 from motorcade.upload.transfer import (
@@ -37,7 +37,7 @@ from motorcade.upload.transfer import (
     readback_error,
     upload_error,
 )
-from motorcade.words.upload import Outcome
+from motorcade.words.uploader import Outcome
 
 # The name; its vendor's number; its products' numbers, none for all of them.
 _BOARDS: tuple[tuple[str, int, tuple[int, ...]], ...] = (
@@ -137,7 +137,7 @@ def likely_port(found: list[PortInfo]) -> PortInfo:
             raise SeveralPortsError([(port.device, port.title) for port in likely])
         if likely:
             return likely[0]
-    raise MotorcadeError("no-car-found")
+    raise TransferError("no-car-found")
 
 
 def group_of(device: str) -> str:
@@ -236,11 +236,11 @@ def port_name(port: str) -> str:
     """
     name = port.strip()
     if not name:
-        raise MotorcadeError("no-port-named")
+        raise TransferError("no-port-named")
     scheme, separator, address = name.partition("://")
     if separator:
         if scheme.lower() != "socket":
-            raise MotorcadeError("not-a-port-name", port=port)
+            raise TransferError("not-a-port-name", port=port)
         return _socket_url(address)
     host, _, number = name.rpartition(":")
     # As cars are printed; a path such as /dev/serial/by-id/… may have a colon, too.
@@ -251,8 +251,8 @@ def port_name(port: str) -> str:
         if is_port(name):
             return name
     except ValueError:
-        raise MotorcadeError("not-a-port-name", port=port) from None
-    raise MotorcadeError("no-serial-port", port=port)
+        raise TransferError("not-a-port-name", port=port) from None
+    raise TransferError("no-serial-port", port=port)
 
 
 def _socket_url(address: str) -> str:
@@ -291,7 +291,7 @@ def open_port(port: str, baud: int) -> serial.Serial:
     try:
         return serial_line(port, baudrate=baud, timeout=_READ_TIMEOUT_S, write_timeout=_WRITE_TIMEOUT_S)
     except ValueError:
-        raise MotorcadeError("not-a-port-name", port=port) from None
+        raise TransferError("not-a-port-name", port=port) from None
     except (serial.SerialException, OSError) as problem:
         raise open_error(port, problem) from None
     except TerminalError as problem:
@@ -302,20 +302,20 @@ def open_error(port: str, problem: Exception) -> MotorcadeError:
     """The error for a port that can't be opened, with the driver's own reason."""
     text = str(problem)
     if "://" in port:
-        return MotorcadeError("no-car-at-address", port=port, reason=_reason(problem))
+        return TransferError("no-car-at-address", port=port, reason=_reason(problem))
     number = _windows_number(text)
     code = None if number else getattr(problem, "errno", None)
     if code == errno.EACCES:
-        return MotorcadeError("port-forbidden", port=port, group=group_of(port))
+        return TransferError("port-forbidden", port=port, group=group_of(port))
     # pyserial tells of a port that another process has locked in its text only.
     if number in _WINDOWS_BUSY or code in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in text:
-        return MotorcadeError("port-busy", port=port)
+        return TransferError("port-busy", port=port)
     if code in (errno.ENOTTY, errno.EISDIR) or "Inappropriate ioctl" in text:
-        return MotorcadeError("no-serial-port", port=port)
+        return TransferError("no-serial-port", port=port)
     is_missing = number in _WINDOWS_MISSING or code == errno.ENOENT
     if is_missing and port not in [listed.device for listed in list_ports.comports()]:
-        return MotorcadeError("no-such-port", port=port)
-    return MotorcadeError("port-fails", port=port, reason=_reason(problem))
+        return TransferError("no-such-port", port=port)
+    return TransferError("port-fails", port=port, reason=_reason(problem))
 
 
 def _windows_number(text: str) -> int:
@@ -341,7 +341,7 @@ def _reason(problem: Exception) -> object:
 def _gone(port: str, problem: Exception, holds: str) -> MotorcadeError:
     holding = holds_phrase(holds)
     if isinstance(problem, serial.SerialTimeoutException):
-        return MotorcadeError("takes-no-bytes", port=port, holds=holding)
+        return TransferError("takes-no-bytes", port=port, holds=holding)
     if "://" in port:
-        return MotorcadeError("connection-broke", port=port, reason=_reason(problem), holds=holding)
-    return MotorcadeError("port-broke", port=port, reason=_reason(problem), holds=holding)
+        return TransferError("connection-broke", port=port, reason=_reason(problem), holds=holding)
+    return TransferError("port-broke", port=port, reason=_reason(problem), holds=holding)

@@ -9,12 +9,23 @@ from abc import ABC, abstractmethod
 from binascii import crc32
 from collections.abc import Callable, Generator, Iterator
 
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import MotorcadeError, Phrase, TransferError
 from motorcade.words import upload
-from motorcade.words.image import WORD_BYTES, refused_image
+from motorcade.words.image import refused_image
+from motorcade.words.packing import WORD_BYTES
 from motorcade.words.request import CHECK_HEADER, check_request, check_words, held_checksum
 from motorcade.words.ticks import elapsed_ms
-from motorcade.words.upload import LineEnd, Outcome, ReadbackEnd, UploaderEnd
+from motorcade.words.uploader import (
+    MISMATCH,
+    NOT_VERIFIED,
+    SILENT,
+    VERIFIED,
+    LineEnd,
+    Outcome,
+    ReadbackEnd,
+    UploaderEnd,
+    printable,
+)
 
 # How often an image is sent, and how often it is announced before each time.
 TRIES = 3
@@ -96,7 +107,7 @@ class CheckRequestEnd(LineEnd):
         held = held_checksum(line, self._expected)
         if held is not None:
             self.held = held
-            return Outcome(READY, upload.printable(line[line.find(self._expected) :]))
+            return Outcome(READY, printable(line[line.find(self._expected) :]))
         if upload.ok_line(self.request).strip().lower() in line.lower():
             return Outcome(TAKEN, "")
         return super()._outcome_of(line)
@@ -246,7 +257,7 @@ class UploadTransfer(Transfer):
         self._sent = sent
         # The checksum of the image that the car holds, by its last answer.
         self._held = 0
-        self._last: Outcome = Outcome(upload.SILENT, "")
+        self._last: Outcome = Outcome(SILENT, "")
 
     def _run(self) -> Steps:
         if not self._verify:
@@ -262,7 +273,7 @@ class UploadTransfer(Transfer):
             yield from self._send_plain()
         elif _knows_no_checks(reasons):
             yield from self._send_plain()
-        is_silent = answer.kind == upload.SILENT and self._last.kind == upload.SILENT
+        is_silent = answer.kind == SILENT and self._last.kind == SILENT
         self.outcome = self._or_foreign(self._last) if is_silent else self._last
 
     def _announce(self) -> Generator[bytes, None, tuple[Outcome, list[str]]]:
@@ -287,14 +298,14 @@ class UploadTransfer(Transfer):
         held_first = self._held
         for _ in self._tries(SENDS_AGAIN):
             outcome = yield from self._send_image(EITHER)
-            if outcome.kind == upload.VERIFIED:
+            if outcome.kind == VERIFIED:
                 self.holds, self._last = NEW, outcome
                 return
             answer, _ = yield from self._announce()
             if answer.kind != READY:
                 return
             if self._held == crc32(self._image):
-                self.holds, self._last = NEW, Outcome(upload.VERIFIED, answer.detail)
+                self.holds, self._last = NEW, Outcome(VERIFIED, answer.detail)
                 return
             self.holds, self._last = OLD if self._held == held_first else NEITHER, outcome
             if upload.CANT_STORE in str(outcome.detail) or self._is_too_large(outcome):
@@ -311,13 +322,13 @@ class UploadTransfer(Transfer):
         for _ in self._tries(SENDS_AGAIN):
             yield from self._settle(SETTLE_MS)
             self._last = yield from self._send_image(UNKNOWN)
-            if self._last.kind == upload.VERIFIED:
+            if self._last.kind == VERIFIED:
                 self.holds = NEW
                 return
             if self._last.kind == upload.REFUSED:
                 self.holds = held
                 return
-            held = self.holds = NEITHER if self._last.kind == upload.MISMATCH else UNKNOWN
+            held = self.holds = NEITHER if self._last.kind == MISMATCH else UNKNOWN
 
     def _send_image(self, holds: str) -> Generator[bytes, None, Outcome]:
         """Send the image and wait for the answer; from the last bytes on the car may hold what ``holds`` tells."""
@@ -330,7 +341,7 @@ class UploadTransfer(Transfer):
         end = UploaderEnd(self._image)
         yield from self._send(self._image, end, sent)
         if not self._verify:
-            return Outcome(upload.NOT_VERIFIED, Phrase("sent-not-verified"))
+            return Outcome(NOT_VERIFIED, Phrase("sent-not-verified"))
         return (yield from self._receive(end, upload.answer_within_ms(self._image)))
 
 
@@ -347,7 +358,7 @@ def other_program(heard: bytes) -> Phrase | None:
     # A wrong baud rate makes noise of text.
     if letters < 3 or letters < len(text):
         return None
-    return Phrase("board-sends", text=upload.printable(text[:_LONGEST_SHOWN]))
+    return Phrase("board-sends", text=printable(text[:_LONGEST_SHOWN]))
 
 
 def _knows_no_checks(reasons: list[str]) -> bool:
@@ -374,18 +385,18 @@ def upload_error(port: str, outcome: Outcome, holds: str, in_network: bool = Fal
     """
     kind, detail = outcome
     if kind == FOREIGN:
-        return MotorcadeError("runs-something-else", port=port, what=detail)
-    if kind == upload.SILENT:
+        return TransferError("runs-something-else", port=port, what=detail)
+    if kind == SILENT:
         code = "no-answer-at-address" if in_network else "no-answer"
-        return MotorcadeError(code, port=port, detail=detail, holds=holds_phrase(holds))
-    if kind == upload.MISMATCH or (kind == upload.REFUSED and str(detail).startswith(upload.OTHER_CHECKSUM)):
-        return MotorcadeError("mismatch", port=port, detail=detail, holds=holds_phrase(holds))
+        return TransferError(code, port=port, detail=detail, holds=holds_phrase(holds))
+    if kind == MISMATCH or (kind == upload.REFUSED and str(detail).startswith(upload.OTHER_CHECKSUM)):
+        return TransferError("mismatch", port=port, detail=detail, holds=holds_phrase(holds))
     if kind != upload.REFUSED:
         return None
     if is_busy(outcome):
         # The other upload will replace the image that the car has.
-        return MotorcadeError("car-busy", port=port, holds=holds_phrase("" if holds == OLD else holds))
-    return MotorcadeError("refused", port=port, detail=refused_image(str(detail)) or detail, holds=holds_phrase(holds))
+        return TransferError("car-busy", port=port, holds=holds_phrase("" if holds == OLD else holds))
+    return TransferError("refused", port=port, detail=refused_image(str(detail)) or detail, holds=holds_phrase(holds))
 
 
 def readback_error(port: str, outcome: Outcome) -> MotorcadeError | None:
@@ -394,12 +405,12 @@ def readback_error(port: str, outcome: Outcome) -> MotorcadeError | None:
     if kind == upload.IMAGE:
         return None
     if kind == FOREIGN:
-        return MotorcadeError("runs-something-else", port=port, what=detail)
-    if kind == upload.SILENT:
-        return MotorcadeError("nothing-to-read", port=port, detail=detail)
+        return TransferError("runs-something-else", port=port, what=detail)
+    if kind == SILENT:
+        return TransferError("nothing-to-read", port=port, detail=detail)
     if is_busy(outcome):
-        return MotorcadeError("car-busy", port=port, holds="")
-    return MotorcadeError("no-image", port=port, detail=detail)
+        return TransferError("car-busy", port=port, holds="")
+    return TransferError("no-image", port=port, detail=detail)
 
 
 def holds_phrase(holds: str) -> Phrase | str:

@@ -1,24 +1,19 @@
 """A word format: a table of fields, and the functions that encode and decode words by it.
 
-Portable. A format generates the source of its ``encode`` and ``decode`` from its fields, as the dataclasses of the
-standard library do, when one of them is first used. So they are as fast as shifts written by hand.
+A format generates the source of its ``encode`` and ``decode`` from its fields, as the dataclasses of the standard
+library do, when one of them is first used. So they are as fast as shifts written by hand. No car needs a format: it has
+`motorcade.words.positions`.
 """
 
-import sys
 from collections import namedtuple
+from collections.abc import Callable, Iterable
+from typing import Any
 
 from motorcade.errors import MotorcadeError, Phrase
 
-# For the type checker alone: MicroPython has neither module.
-MYPY = False
-if MYPY:
-    from collections.abc import Callable, Iterable
-    from typing import Any
-
 WORD_BITS = 32
 WORD_MASK = 0xFFFFFFFF
-# Whether, and up to how many bits at once, decode looks fields up in tables.
-TABLES = sys.implementation.name != "micropython"
+# Up to how many bits at once decode looks up in a table.
 TABLE_BITS = 9
 
 
@@ -32,7 +27,7 @@ class WordError(MotorcadeError):
         code: the code of the error.
     """
 
-    def __init__(self, field: str, value: object, allowed: "Phrase | str", code: str = "word-value") -> None:
+    def __init__(self, field: str, value: object, allowed: Phrase | str, code: str = "word-value") -> None:
         super().__init__(code, field=field, value=value, allowed=allowed)
         self.field = field
         self.value = value
@@ -72,12 +67,12 @@ class Field:
 
     minimum = 0
     one_hot = False
-    only: "tuple[tuple[int, str], ...]" = ()
+    only: tuple[tuple[int, str], ...] = ()
     default = 0
     unit = ""
     reserved = False
     defined = 0
-    parity_masks: "tuple[int, ...]" = ()
+    parity_masks: tuple[int, ...] = ()
 
     def __init__(
         self,
@@ -88,7 +83,7 @@ class Field:
         source: str = "",
         needs: str = "",
         goes_with: str = "",
-        **values: "Any",
+        **values: Any,
     ) -> None:
         if not 0 <= low <= high < WORD_BITS:
             raise ValueError(f"field {name}: bits {high}-{low} are not in a 32-bit word")
@@ -157,13 +152,15 @@ class WordFormat:
             ``strict`` refuses them. Raises WordError.
         encode: ``encode(name=raw, ...)`` -> word; fields left out take their
             default. Raises WordError for a value out of range and TypeError for
-            a name that is no field.
+            a name that is no field. Values may also be given without names, in the
+            order of the fields. CPython makes a dict of more than 15 names, which
+            takes as long as all else: leave out fields that have their default.
 
     Raises:
         ValueError: the fields don't make one 32-bit word.
     """
 
-    def __init__(self, name: str, fields: "Iterable[Field]") -> None:
+    def __init__(self, name: str, fields: Iterable[Field]) -> None:
         self.name = name
         self.fields = tuple(fields)
         self._check_layout()
@@ -171,18 +168,18 @@ class WordFormat:
         self.reserved_mask = sum(field.word_mask for field in self.fields if field.reserved)
         self.paired = tuple(field for field in self.fields if field.goes_with)
 
-    decode: "Callable[..., Any]"
-    encode: "Callable[..., int]"
+    decode: Callable[..., Any]
+    encode: Callable[..., int]
 
-    def __getattr__(self, name: str) -> "Any":
-        """Generate ``decode`` and ``encode`` when one of them is first used: a car's loop uses neither."""
+    def __getattr__(self, name: str) -> Any:
+        """Generate ``decode`` and ``encode`` when one of them is first used."""
         if name not in ("decode", "encode"):
             raise AttributeError(name)
         # Fields are the parameters of encode: the underscores keep these names different from theirs.
         space: dict[str, Any] = {key: getattr(self, key) for key in ("_refuse_word", "_refuse", "_encode_plain")}
         space["_values"] = self.values
-        # tuple.__new__ skips the constructor of the named tuple, which is half of the cost of a decode.
-        space["_new"] = getattr(tuple, "__new__", None) or (lambda cls, raw: cls(*raw))
+        # It skips the constructor of the named tuple, which is half of the cost of a decode.
+        space["_new"] = tuple.__new__
         exec(self._decode_source(space) + "\n" + self._encode_source(), space)
         self.decode, self.encode = space["decode"], space["encode"]
         return space[name]
@@ -210,7 +207,7 @@ class WordFormat:
                 word = word & ~field.word_mask | self.computed(field, word) << field.low
         return word
 
-    def warnings(self, word: int) -> "list[Phrase]":
+    def warnings(self, word: int) -> list[Phrase]:
         """Return a Phrase, its key stable, for each field of ``word`` that has no effect or a wrong computed value."""
         phrases = []
         for field in self.fields:
@@ -241,7 +238,7 @@ class WordFormat:
             if field.goes_with and not field.one_hot:
                 raise ValueError(f"{self.name}: field {field.name} goes with {field.goes_with}, so it must be one-hot")
 
-    def _decode_source(self, space: "dict[str, Any]") -> str:
+    def _decode_source(self, space: dict[str, Any]) -> str:
         refused = self._conditions("found.")
         unknown = [f"({_bits('word', field)}) > {field.defined}" for field in self.fields if field.reserved]
         if unknown:
@@ -253,15 +250,15 @@ class WordFormat:
         lines.append("    return found")
         return "\n".join(lines)
 
-    def _decoded_runs(self, space: "dict[str, Any]") -> str:
+    def _decoded_runs(self, space: dict[str, Any]) -> str:
         """Return the source of a tuple of all raw values; put the tables that it needs into ``space``.
 
         A run of three or more narrow fields is looked up in a table of tuples, which halves the time to decode a
-        control word. MicroPython has little memory: there every field is shifted out instead.
+        control word.
         """
         runs: list[list[Field]] = []
         for field in self.fields:
-            if TABLES and runs and runs[-1][0].high - field.low < TABLE_BITS:
+            if runs and runs[-1][0].high - field.low < TABLE_BITS:
                 runs[-1].append(field)
             else:
                 runs.append([field])
@@ -280,29 +277,42 @@ class WordFormat:
         return " + ".join(tuples).replace(",) + (", ", ")
 
     def _encode_source(self) -> str:
-        # A value doesn't fit if some of it is left after a shift by the width of its field;
-        # values of one width are tested together.
-        refused = []
-        for width in sorted({field.width for field in self.fields}):
-            same = [field.name for field in self.fields if field.width == width]
-            refused.append("({}) >> {}".format(" | ".join(same), width))
-        refused += self._conditions("")
         made = "({},)".format(", ".join([field.name for field in self.fields]))
-        lines = ["def encode({}):".format(", ".join(f"{f.name}={f.default}" for f in self.fields))]
-        lines.append("    try:")
-        lines.append("        if {}: _refuse({})".format(" or ".join(refused), made))
-        # A value that can't be shifted is no integer: _refuse finds it.
-        lines.append(f"    except TypeError: _refuse({made})")
+        refused = " or ".join([f"bits >> {self._widest}", *self._conditions("")])
         # The upper half is combined before it is shifted: CPython is fastest with integers below 2^30.
-        upper = [f"{f.name} << {f.low - 16}" for f in self.fields if f.low >= 16]
-        lower = [f"{f.name} << {f.low}" for f in self.fields if f.low < 16]
-        halves = ["({}) << 16".format(" | ".join(upper))] if upper else []
-        lines.append("    word = " + " | ".join(halves + lower))
-        # Numbers of NumPy's may be too narrow for a word, and lose bits.
-        lines.append(f"    return word if type(word) is int else _encode_plain({made})")
-        return "\n".join(lines)
+        upper = [field for field in self.fields if field.low >= WORD_BITS // 2]
+        lower = [field for field in self.fields if field.low < WORD_BITS // 2]
+        word = _joined(lower, 0)
+        if upper:
+            word = f"({_joined(upper, WORD_BITS // 2)}) << {WORD_BITS // 2} | {word}"
+        parameters = ", ".join([f"{field.name}={field.default}" for field in self.fields])
+        return f"""
+def encode({parameters}):
+    try:
+        bits = {self._aligned()}
+        if type(bits) is not int: return _encode_plain({made})
+        if {refused}: _refuse({made})
+    except TypeError: _refuse({made})
+    return {word}
+"""
 
-    def _conditions(self, prefix: str) -> "list[str]":
+    @property
+    def _widest(self) -> int:
+        return max(field.width for field in self.fields)
+
+    def _aligned(self) -> str:
+        """Return the source of an integer that has a bit above those of the widest field where a value doesn't fit.
+
+        Values of one width are combined, and shifted so that their first bits are where the widest field's is. What is
+        no integer can't be combined, and of NumPy's numbers, which may be too narrow for a word, one of theirs comes.
+        """
+        groups = []
+        for width in sorted({field.width for field in self.fields}):
+            values = " | ".join([field.name for field in self.fields if field.width == width])
+            groups.append(f"({values})" + _shift("<<", self._widest - width))
+        return " | ".join(groups)
+
+    def _conditions(self, prefix: str) -> list[str]:
         """Return sources that are true where values that fit are refused; ``prefix`` stands before a field's name."""
         conditions = []
         for field in self.fields:
@@ -322,13 +332,13 @@ class WordFormat:
     def _refuse_word(self, word: int) -> None:
         raise WordError(self.name, word, Phrase("values-from-to", minimum=0, maximum=WORD_MASK), "not-32-bits")
 
-    def _encode_plain(self, raws: "tuple[int, ...]") -> int:
+    def _encode_plain(self, raws: tuple[int, ...]) -> int:
+        """Encode numbers of other kinds, such as NumPy's."""
         plain = tuple(map(_plain, raws))
         self._refuse(plain)
-        word: int = self.encode(*plain)
-        return word
+        return self.encode(*plain)
 
-    def _refuse(self, raws: "tuple[int, ...]") -> None:
+    def _refuse(self, raws: tuple[int, ...]) -> None:
         """Raise the WordError for the first of these values that is refused.
 
         Reserved bits come last: where there is another reason to refuse a word, the error gives that one.
@@ -347,17 +357,31 @@ class WordFormat:
                 raise WordError(field.name, by_name[field.name], field.reserved_allowed)
 
 
-def _plain(raw: "Any") -> "Any":
+def _plain(raw: Any) -> Any:
     """Return a whole number of another kind, such as NumPy's, as an int; all else as it is."""
-    if isinstance(raw, int) and not isinstance(raw, bool):
-        return raw
     try:
         return raw.__index__()
     except (AttributeError, TypeError):
         return raw
 
 
+def _joined(fields: list[Field], base: int) -> str:
+    """Return the source of the bits of neighbouring fields, above bit ``base``.
+
+    Each is added to twice, four times, ... the ones before: CPython is quicker at that than at shifts of each.
+    """
+    source = fields[0].name
+    for field in fields[1:]:
+        source = f"({source}) * {1 << field.width} + {field.name}"
+    zeros = fields[-1].low - base
+    return f"({source}) * {1 << zeros}" if zeros else source
+
+
 def _bits(name: str, field: Field) -> str:
     """Return the source of the bits of ``field`` in the word called ``name``."""
-    shifted = f"{name} >> {field.low}" if field.low else name
+    shifted = name + _shift(">>", field.low)
     return shifted if field.high == WORD_BITS - 1 else f"{shifted} & {field.raw_mask}"
+
+
+def _shift(operator: str, bits: int) -> str:
+    return f" {operator} {bits}" if bits else ""

@@ -5,17 +5,13 @@ code of drive commands, the protocol's section "Tagged words" for FRAME.
 """
 
 from binascii import crc32
-from collections import namedtuple
+from collections.abc import Mapping
+from typing import NamedTuple
 
 from motorcade.devices import DEVICES
 from motorcade.errors import MotorcadeError
 from motorcade.words.field import WORD_MASK, Field, WordError, WordFormat
 from motorcade.words.infrared import CHECK_MASKS
-
-# For the type checker alone: MicroPython has no typing.
-MYPY = False
-if MYPY:
-    from collections.abc import Mapping
 
 HEADER = WordFormat(
     "header",
@@ -35,19 +31,20 @@ HEADER = WordFormat(
     ),
 )
 
-_BITS = [bits for device in DEVICES for bits in device.bits]
 # The fields of all devices, the most significant first. Below them are c9 and, on the air, tag and check.
 _ACTIONS = tuple(
-    [
-        Field(bits.name, bits.high, bits.low, bits.meaning, bits.source, needs=bits.needs)
-        for bits in sorted(_BITS, key=lambda bits: -bits.low)
-    ]
+    Field(bits.name, bits.high, bits.low, bits.meaning, bits.source, needs=bits.needs)
+    for bits in sorted(
+        (bits for device in DEVICES for bits in device.bits),
+        key=lambda bits: bits.low,
+        reverse=True,
+    )
 )
 
 CONTROL = WordFormat(
     "control",
-    _ACTIONS
-    + (
+    (
+        *_ACTIONS,
         Field("reserved", 10, 1, "0; on the air tag and check", "seed 000, c8", reserved=True),
         Field("parity", 0, 0, "set on the air for an even number of ones", "seed 000, c9"),
     ),
@@ -87,8 +84,8 @@ LIGHTS = WordFormat(
 # A control word as it is on the air. A wrong check or parity decodes with a warning; followers drop such a frame.
 FRAME = WordFormat(
     "frame",
-    _ACTIONS
-    + (
+    (
+        *_ACTIONS,
         Field("tag", 10, 6, "number of the leader's slot, 1 to 31; 0: a bare word", "tagged words"),
         Field(
             "check",
@@ -111,7 +108,7 @@ def format_named(name: str) -> WordFormat:
     for word_format in FORMATS:
         if word_format.name == name:
             return word_format
-    raise WordError("format", name, ", ".join([word_format.name for word_format in FORMATS]))
+    raise WordError("format", name, ", ".join(word_format.name for word_format in FORMATS))
 
 
 def fingerprint(word_format: WordFormat) -> int:
@@ -140,27 +137,39 @@ def canonical_text(word_format: WordFormat) -> str:
         if field.one_hot:
             parts.append("one-hot")
         if field.only:
-            parts.append("only=" + ",".join([str(value) for value in sorted([value for value, _ in field.only])]))
+            parts.append("only=" + ",".join(str(value) for value in sorted(value for value, _ in field.only)))
         if field.reserved:
             parts.append("reserved")
         if field.goes_with:
             parts.append("goes-with=" + field.goes_with)
         if field.parity_masks:
-            parts.append("parities=" + ",".join([f"0x{mask:08X}" for mask in field.parity_masks]))
+            parts.append("parities=" + ",".join(f"0x{mask:08X}" for mask in field.parity_masks))
             if field.needs:
                 parts.append("needs=" + field.needs)
         lines.append(" ".join(parts))
-    return "".join([line + "\n" for line in lines])
+    return "".join(f"{line}\n" for line in lines)
 
 
-# What a driver switches beside the wheels: each switch is one bit of a drive command with a code of its own. The car's
-# control, clients, keys, buttons of pages, pins and boards follow from SWITCHES.
-#
-# name: of the bit in ``word_format``, of the table in a pin file, and of the switch's texts.
-# is_held: whether it is on only while its driver holds it, as a horn is; others stay on until their driver leaves.
-# key: the letter that switches it, on pages and in terminals.
-# supply, terminal: what a computer's pin is wired to, as `motorcade.config.pins` has it of every device.
-Switch = namedtuple("Switch", ("name", "word_format", "is_held", "key", "supply", "terminal"))
+class Switch(NamedTuple):
+    """What a driver switches beside the wheels: one bit of a drive command with a code of its own.
+
+    The car's control, clients, keys, buttons of pages, pins and boards follow from SWITCHES.
+
+    Attributes:
+        name: of the bit in ``word_format``, of the table in a pin file, and of the switch's texts.
+        word_format: of the command.
+        is_held: whether it is on only while its driver holds it, as a horn is; others stay on until the driver leaves.
+        key: the letter that switches it, on pages and in terminals.
+        supply, terminal: what a computer's pin is wired to, as `motorcade.config.pins` has it of every device.
+    """
+
+    name: str
+    word_format: WordFormat
+    is_held: bool
+    key: str
+    supply: str
+    terminal: str
+
 
 SWITCHES = (
     Switch("head_light", LIGHTS, False, "l", "5 V, GND", "IN"),
@@ -168,37 +177,39 @@ SWITCHES = (
 )
 
 # The formats of drive commands by their code.
-_DRIVE_FORMATS: "dict[int, WordFormat]" = {
-    each.field("code").only[0][0]: each for each in [DRIVE] + [switch.word_format for switch in SWITCHES]
+_DRIVE_FORMATS = {
+    word_format.field("code").default: word_format
+    for word_format in (DRIVE, *(switch.word_format for switch in SWITCHES))
 }
 
 
-def switched_by(word: int) -> "dict[str, int]":
+def switched_by(word: int) -> dict[str, int]:
     """Return what a command without its stamp switches, by name; nothing where it moves the wheels.
 
     Raises WordError where it is no drive command.
     """
     code = word >> DRIVE.field("code").low
     if code not in _DRIVE_FORMATS:
-        known = tuple([each.field("code").only[0] for each in _DRIVE_FORMATS.values()])
+        known = tuple(word_format.field("code").only[0] for word_format in _DRIVE_FORMATS.values())
         raise WordError("code", code, Field("code", 31, 28, "what the command is", only=known).allowed)
-    values = _DRIVE_FORMATS[code].decode(word, strict=True)
-    return {each.name: getattr(values, each.name) for each in SWITCHES if each.word_format is _DRIVE_FORMATS[code]}
+    word_format = _DRIVE_FORMATS[code]
+    values = word_format.decode(word, strict=True)
+    return {switch.name: getattr(values, switch.name) for switch in SWITCHES if switch.word_format is word_format}
 
 
-def switch_words(wanted: "Mapping[str, int]", present: "Mapping[str, int]") -> "list[int]":
+def switch_words(wanted: Mapping[str, int], present: Mapping[str, int]) -> list[int]:
     """Return the commands that switch what is ``wanted``, 0 or 1 by name; others of a command are as in ``present``.
 
     Raises MotorcadeError: there is no such switch.
     """
-    names = [each.name for each in SWITCHES]
+    names = [switch.name for switch in SWITCHES]
     for name in wanted:
         if name not in names:
             raise MotorcadeError("no-such-switch", name=name, known=", ".join(names) or "-")
     words = []
     for code, word_format in _DRIVE_FORMATS.items():
-        own = [each.name for each in SWITCHES if each.word_format is word_format]
-        if set(own) & set(wanted):
+        own = [switch.name for switch in SWITCHES if switch.word_format is word_format]
+        if not wanted.keys().isdisjoint(own):
             values = {name: int(wanted.get(name, present.get(name, 0))) for name in own}
             words.append(word_format.encode(code=code, **values))
     return words

@@ -22,7 +22,7 @@ It goes on with its other work after WORKING, and calls `next_event` again in th
 
 from motorcade.words import uint8, uint8_at, uint16, uint16_at
 from motorcade.words.blocks import crc32_of, move_to_start
-from motorcade.words.formats import CONTROL, HEADER
+from motorcade.words.positions import MOST_RESERVED, UNUSED_BITS
 from motorcade.words.request import (
     CHECK_BYTES,
     CHECK_HEADER,
@@ -76,10 +76,8 @@ BAD_WORD = 10  # no image has r[WORD] at position r[COUNT]
 TOO_LARGE = 11  # the image has r[COUNT] words, more than the car holds
 REQUEST = 12  # no refusal: answer the request at buffer[r[START]] (`motorcade.words.request`)
 
-_MOST_RESERVED = HEADER.field("reserved").defined
-_UNUSED = CONTROL.reserved_mask | CONTROL.field("parity").word_mask
-_UNUSED_IN_THIRD = _UNUSED >> 8
-_UNUSED_IN_FOURTH = _UNUSED & 255
+_UNUSED_IN_THIRD = UNUSED_BITS >> 8
+_UNUSED_IN_FOURTH = UNUSED_BITS & 255
 _CHECK_MARK = CHECK_HEADER & 255
 _REQUEST_MARK = REQUEST_HEADER & 255
 
@@ -197,7 +195,7 @@ def _read_header(r: list[int], buffer: bytearray) -> uint8:
     dwell = buffer[start + 2]
     reserved = buffer[start + 3]
     # A dwell has one bit where there are follower words, and none where there are none.
-    is_good = 1 if reserved <= _MOST_RESERVED and (dwell == 0 or dwell & (dwell - 1) == 0) else 0
+    is_good = 1 if reserved <= MOST_RESERVED and (dwell == 0 or dwell & (dwell - 1) == 0) else 0
     if follower_words == 0:
         is_good = 1 if dwell == 0 and reserved == 0 else 0
     elif dwell == 0:

@@ -19,7 +19,7 @@ for the 481 words that the header announces, or refuses it; it keeps its program
 from binascii import crc32
 from collections import namedtuple
 
-from motorcade.words.image import WORD_BYTES, pack
+from motorcade.words.packing import WORD_BYTES, pack
 
 CHECK_HEADER = 0x020301FE
 CHECK_WORDS = 6

@@ -16,7 +16,7 @@ from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import levels_of
 from motorcade.drive.session import CarControl, ControlSession
-from motorcade.drive.wire import DriveError
+from motorcade.drive.wire import SessionError
 from motorcade.words.formats import DRIVE, LIGHTS
 from motorcade.words.ticks import TICKS_MASK
 from motorcade.words.upload import ok_line
@@ -204,7 +204,7 @@ def test_after_an_emergency_stop_the_program_drives_only_when_started_again(made
     assert (car.state, wheels(pins)) == ("stopped", ALL_STILL)
     car.go_on(2000)
     assert (wheels(pins), shown(pins, LEDS_AT)) == (ALL_STILL, THREE_LIT)
-    with pytest.raises(DriveError):
+    with pytest.raises(SessionError):
         car.session.resume_program()
     car.session.clear()
     assert wheels(pins) == ALL_STILL
@@ -233,7 +233,7 @@ def test_a_silent_driver_does_not_give_the_program_the_wheels(made, pins):
 def test_an_upload_while_somebody_drives_is_stored_and_does_not_move_the_wheels(made, pins):
     car = made(image=None)
     assert not car.board.has_program
-    with pytest.raises(DriveError, match="no program"):
+    with pytest.raises(SessionError, match="no program"):
         car.session.resume_program()
     car.session.command(BENDS_LEFT)
     car.line.sent.append(TURNS_LEFT)

@@ -69,6 +69,15 @@ def test_a_failing_car_stops_prints_the_error_and_restarts(capsys):
     assert a_bench.chip.duties[25] == 0
 
 
+def test_check_prints_what_is_wrong_with_a_board_and_what_nobody_watched(capsys, monkeypatch):
+    a_bench = bench()
+    power_on.check(a_bench.modules, wait_ms=a_bench.clock.sleep_ms)
+    assert capsys.readouterr().out.startswith("not checked, since check_board was not given")
+    monkeypatch.setattr(power_on.MicroPythonBoard, "obstacle_mm", lambda self: None)
+    power_on.check(a_bench.modules, wait_ms=a_bench.clock.sleep_ms)
+    assert "obstacle_mm" in capsys.readouterr().out
+
+
 def test_a_car_without_a_number_gets_one_from_its_chip():
     first, second = (bench().open().board.number for _ in range(2))
     assert first == second

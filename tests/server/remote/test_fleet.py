@@ -14,7 +14,7 @@ from motorcade.cameras.broadcast import Camera
 from motorcade.drive import client as drive_client
 from motorcade.drive.certificates import CarKeys, make_keys
 from motorcade.drive.keys import client_context, server_context
-from motorcade.drive.wire import DriveError
+from motorcade.drive.wire import SessionError
 from motorcade.errors import MotorcadeError
 from motorcade.server.fleet import IDLE_S, RemoteCar, RemoteCars, is_name
 from motorcade.server.remote import make_remote
@@ -285,7 +285,7 @@ async def test_at_most_nine_pages_connect_to_a_car_and_an_idle_one_gives_way():
         given_up = [number for number, why in enumerate(codes) if why == sentences(MotorcadeError("place-given-up"))]
         for control in controls:
             control.leave()
-    assert full.value.sentence("zh") == DriveError("full", sessions=9).sentence("zh")
+    assert full.value.sentence("zh") == SessionError("full", sessions=9).sentence("zh")
     assert given_up == [0]
 
 

@@ -15,7 +15,7 @@ from motorcade.car.arbiter import STATES
 from motorcade.config.profile import built_in_profile
 from motorcade.drive.session import CarControl, ControlSession
 from motorcade.drive.stamps import stamp_at
-from motorcade.drive.wire import DriveError
+from motorcade.drive.wire import SessionError
 from motorcade.server.fleet import SingleCar
 from motorcade.server.remote import make_remote
 from motorcade.server.remote_messages import CarState
@@ -166,7 +166,7 @@ def test_every_page_may_stop_the_car_and_it_stays_stopped(visit):
 
 def test_a_full_car_refuses_another_driver_in_every_language_but_not_its_stop(visit):
     rig = visit()
-    full = DriveError("full", sessions=9)
+    full = SessionError("full", sessions=9)
     for number in range(9):
         ControlSession(rig.drive, f"watcher {number}", f"192.168.1.{number}").take_place()
     with rig.page() as page:

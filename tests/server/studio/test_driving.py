@@ -6,7 +6,7 @@ from contextlib import contextmanager
 import pytest
 from PIL import Image
 
-from motorcade.drive.wire import DriveError
+from motorcade.drive.wire import SessionError
 from motorcade.engine.state import DRIVEN
 from motorcade.server.fleet import RemoteCar
 from support.driven_car import PATIENT, DrivenCar
@@ -143,7 +143,7 @@ def test_the_studios_page_cannot_resume_a_driven_car(client):
         driver.send("join", car="1")
         driver.push("1")
         studio.send("resume", car=1)
-        assert DriveError("not-yours").sentence("zh") == studio.until("error")["sentence"]["zh"]
+        assert SessionError("not-yours").sentence("zh") == studio.until("error")["sentence"]["zh"]
         driver.push("1")
 
 

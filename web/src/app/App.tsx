@@ -10,7 +10,6 @@ import { useDraft } from "../missions/draft";
 import { MissionStrip } from "../missions/MissionStrip";
 import { useMission } from "../missions/store";
 import { SocketNotice } from "../network/SocketNotice";
-import { startPairs } from "../pair/start";
 import { usePair } from "../pair/store";
 import { attempt } from "../projects/actions";
 import { useSettings } from "../state/settings";
@@ -102,9 +101,7 @@ function Work() {
   const due = useEditorsDue();
   // The editors have been filled by then.
   useEffect(() => {
-    if (!due) return;
-    openEditors();
-    startPairs();
+    if (due) openEditors();
   }, [due]);
   return (
     <main className={css.work} data-alone={alone ?? undefined} data-drawer={drawer || undefined} data-larger={larger} data-compiled={compiled || undefined} data-task={isPlayed || isWritten || undefined}>

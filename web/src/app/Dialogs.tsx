@@ -15,7 +15,6 @@ const DIALOGS: Record<DialogName, React.ComponentType> = {
   library: lazy(async () => ({ default: (await projectDialogs()).LibraryDialog })),
   examples: lazy(async () => ({ default: (await projectDialogs()).ExamplesDialog })),
   share: lazy(async () => ({ default: (await projectDialogs()).ShareDialog })),
-  pair: lazy(async () => ({ default: (await import("../pair/PairDialog")).PairDialog })),
   missions: lazy(async () => ({ default: (await import("../missions/MissionMap")).MissionMap })),
   notes: lazy(async () => ({ default: (await import("../missions/NotesDialog")).NotesDialog })),
   run: lazy(async () => ({ default: (await import("../timeline/RunSheet")).RunSheet })),

@@ -39,8 +39,7 @@ function Logo() {
 
 function FileMenu() {
   const { t } = useTranslation();
-  const classroom = useStudio(({ capabilities }) => capabilities?.classroom);
-  const item = (text: "menu.new" | "menu.open" | "menu.examples" | "menu.library" | "menu.save" | "menu.saveFile" | "menu.share" | "menu.pair" | "menu.upload" | `export.${"csv" | "svg" | "png" | "print"}`, run: () => void) => (
+  const item = (text: "menu.new" | "menu.open" | "menu.examples" | "menu.library" | "menu.save" | "menu.saveFile" | "menu.share" | "menu.upload" | `export.${"csv" | "svg" | "png" | "print"}`, run: () => void) => (
     <MenuItem className={controls.menuItem} id={text} onAction={run}>
       {t(text)}
     </MenuItem>
@@ -61,7 +60,6 @@ function FileMenu() {
           {item("menu.library", () => openDialog("library"))}
           {item("menu.saveFile", () => void saveFile())}
           {item("menu.share", () => openDialog("share"))}
-          {!classroom && item("menu.pair", () => openDialog("pair"))}
           <Separator className={controls.menuLine} />
           {item("menu.upload", () => openDialog("upload"))}
           <Separator className={controls.menuLine} />

@@ -12,7 +12,6 @@ import { toggleChase } from "../mat/store";
 import { request } from "../api/service";
 import { takeOwnWorld } from "../api/world";
 import { openSharedLink, save } from "../projects/actions";
-import { comesToPair } from "../pair/store";
 import { attemptInClass, findPupilsWork, lookAt, looking, startPupil } from "../pupil/store";
 import { findWork, storeEveryChange } from "../projects/autosave";
 import { BLANK, markSaved, markUnsaved, loadProject, watchUnsaved } from "../projects/project";
@@ -116,8 +115,7 @@ async function openFirstProject(): Promise<void> {
   await takeOwnWorld();
   if (await openPupilsProject()) return;
   const isPupil = useStudio.getState().capabilities?.classroom === "pupil";
-  // A second window shows the pair's project: what a closed tab left behind waits for another tab.
-  const stored = isPupil ? await findPupilsWork() : await findWork("", !comesToPair());
+  const stored = isPupil ? await findPupilsWork() : await findWork();
   if (!stored && !isPupil && (await openOpening())) return;
   loadProject(stored ?? BLANK, stored?.parkedFollowers ?? null);
   useStudio.setState({ stored: stored?.stored ?? false, kept: stored?.kept ?? null, attempts: stored?.attempts ?? {} });

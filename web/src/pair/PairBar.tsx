@@ -2,28 +2,29 @@
 
 import { useTranslation } from "react-i18next";
 import { EDITORS } from "../api/types";
+import { askClass } from "../classroom/ask";
 import { attempt } from "../projects/actions";
 import areas from "../ui/areas.module.css";
 import { Icon } from "../ui/icons";
 import { leave } from "./follow";
 import css from "./pair.module.css";
-import { type SharedWindows, usePair } from "./store";
+import { usePair } from "./store";
 import { TextButton } from "../ui/controls";
 
 const TAKE = { leader: "pair.take", followers: "pair.takeFollowers" } as const;
 
 export function PairBar() {
   const { t } = useTranslation();
-  const { view, me, shared } = usePair();
-  if (!view || !shared) return null;
-  const act = (task: (shared: SharedWindows) => Promise<unknown>) => () => void attempt(() => task(shared));
+  const { view, me } = usePair();
+  if (!view) return null;
+  const act = (task: () => Promise<unknown>) => () => void attempt(task);
   const name = view.partner?.name ?? "";
   if (!view.joined) {
     return (
       <section className={areas.banner} aria-label={t("pair.title")}>
         <span role="status">{t("pair.asked", { name, project: view.name })}</span>
-        <TextButton small primary onPress={act((to) => to.join())}>{t("pair.come")}</TextButton>
-        <TextButton small onPress={act((to) => to.leave())}>{t("pair.decline")}</TextButton>
+        <TextButton small primary onPress={act(() => askClass("pair/join"))}>{t("pair.come")}</TextButton>
+        <TextButton small onPress={act(() => askClass("pair/leave"))}>{t("pair.decline")}</TextButton>
       </section>
     );
   }
@@ -42,18 +43,18 @@ export function PairBar() {
         </span>
       ))}
       {EDITORS.filter((window) => !owners[window] || (away && !isMine(window))).map((window) => (
-        <TextButton key={window} small onPress={act((to) => to.take(window, true))}>{t(TAKE[window])}</TextButton>
+        <TextButton key={window} small onPress={act(() => askClass("pair/take", { window, wants: true }))}>{t(TAKE[window])}</TextButton>
       ))}
       {canSwap &&
         (asks === null || asks === me ? (
-          <TextButton small aria-pressed={asks === me} onPress={act((to) => to.swap(asks === null))}>
+          <TextButton small aria-pressed={asks === me} onPress={act(() => askClass("pair/swap", { wants: asks === null }))}>
             {t(asks === me ? "pair.swapAsked" : "pair.swap")}
           </TextButton>
         ) : (
           <>
             <b role="status">{t("pair.swapWanted", { name })}</b>
-            <TextButton small primary onPress={act((to) => to.swap(true))}>{t("pair.agree")}</TextButton>
-            <TextButton small onPress={act((to) => to.swap(false))}>{t("pair.keep")}</TextButton>
+            <TextButton small primary onPress={act(() => askClass("pair/swap", { wants: true }))}>{t("pair.agree")}</TextButton>
+            <TextButton small onPress={act(() => askClass("pair/swap", { wants: false }))}>{t("pair.keep")}</TextButton>
           </>
         ))}
       <span role="status" className={css.news}>

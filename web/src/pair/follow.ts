@@ -3,6 +3,7 @@
 import i18next from "i18next";
 import { RefusedError, request, UnreachableError } from "../api/service";
 import { type EditorName, EDITORS, type Project } from "../api/types";
+import { askClass } from "../classroom/ask";
 import { emptyState, fill, lockEditors, read, workspaceOf } from "../blocks/workspaces";
 import type { PairProject, PairView } from "../generated/classroom";
 import { session } from "../mat/session";
@@ -11,7 +12,7 @@ import { attempt } from "../projects/actions";
 import { markUnsaved, openProject, replaceBy } from "../projects/project";
 import { notify } from "../state/dialogs";
 import { EMPTY_MAT, type Studio, useStudio } from "../state/studio";
-import { isForeign, type SharedWindows, usePair } from "./store";
+import { isForeign, type Playing, usePair } from "./store";
 
 const WRITE_MS = 250;
 const AGAIN_MS = 2000;
@@ -29,12 +30,11 @@ let filling = false;
 let stop: (() => void) | null = null;
 
 const mine = (window: EditorName) => usePair.getState().view?.owners[window] === usePair.getState().me;
-const shared = () => usePair.getState().shared!;
 
 /** Take what is known of the pair now; null: there is none any more. */
-export function receive(view: PairView | null, me: string, by: SharedWindows): void {
+export function receive(view: PairView | null, me: string): void {
   const { view: before } = usePair.getState();
-  usePair.setState({ view, me, shared: by });
+  usePair.setState({ view, me });
   if (view?.joined && !before?.joined) void begin(view);
   else if (!view?.joined && before?.joined) end();
   else if (view?.joined && held) void follow(view, before!);
@@ -56,11 +56,11 @@ function projectOf(window?: EditorName): Project {
 
 async function begin(view: PairView): Promise<void> {
   await attempt(async () => {
-    const [leader, followers] = await Promise.all(EDITORS.map((window) => shared().read(window)));
+    const [leader, followers] = await Promise.all(EDITORS.map((window) => askClass("pair/read", { window })));
     held = { leader: leader!, followers: followers! };
     if (asText(whole()) !== asText(projectOf())) {
       if (!(await replaceBy({ ...whole(), name: view.name }))) {
-        await shared().leave();
+        await askClass("pair/leave");
         return;
       }
       // The editors take the project in this turn.
@@ -87,7 +87,7 @@ function showOwn(): void {
   useStudio.setState({ editor: own[0]!, ...(own[0] === "followers" && !followers && { followers: emptyState("followers") }) });
 }
 
-const tell = (playing: Parameters<SharedWindows["conduct"]>[0]) => shared().conduct(playing).catch(() => undefined);
+const tell = (playing: Playing) => askClass("pair/conduct", playing).catch(() => undefined);
 const writeHidden = () => document.hidden && void write();
 
 function end(): void {
@@ -121,7 +121,7 @@ async function follow(view: PairView, before: PairView): Promise<void> {
 
 /** Show what a window holds now. While nothing answers, what is shown stays: the next version asks again. */
 async function refresh(window: EditorName): Promise<void> {
-  const found = await shared().read(window).catch(() => null);
+  const found = await askClass("pair/read", { window }).catch(() => null);
   if (!found || !held || found.version < held[window].version) return;
   held[window] = found;
   show(window);
@@ -185,7 +185,7 @@ async function writeAll(): Promise<void> {
     changed.delete(window);
     if (!held || JSON.stringify(project) === JSON.stringify(held[window].project)) continue;
     try {
-      const version = await shared().write(window, project, held[window].version);
+      const version = await askClass("pair/write", { window, project, base: held[window].version });
       // Unless the pair is over meanwhile.
       if (stop) held[window] = { project, version };
     } catch (problem) {
@@ -210,8 +210,8 @@ async function keepOwn(window: EditorName): Promise<void> {
 export function leave(): Promise<unknown> {
   return attempt(async () => {
     if (stop) await write();
-    const copied = await shared().leave();
-    receive(null, "", shared());
+    const copied = await askClass("pair/leave");
+    receive(null, "");
     notify(copied ? i18next.t("pair.leftCopy", { name: copied }) : i18next.t("pair.ended"));
   });
 }

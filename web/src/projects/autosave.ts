@@ -85,15 +85,15 @@ export const takeNewPlace = (prefix = own.place.slice(0, own.place.lastIndexOf("
 
 /**
  * Take a place for this tab, and return the work to show first; null where nothing was stored. `owner`: a pupil of a
- * class. `takesOver`: without work of its own, the tab shows what a closed one left behind.
+ * class. Without work of its own, the tab shows what a closed one left behind.
  */
-export async function findWork(owner = "", takesOver = true): Promise<StoredWork | null> {
+export async function findWork(owner = ""): Promise<StoredWork | null> {
   const prefix = prefixOf(owner);
   const before = sessionStorage.getItem(PLACE_KEY);
   const places = Object.keys(localStorage).filter((key) => key.startsWith(prefix));
   let from = before?.startsWith(prefix) ? before : null;
   const others = from !== null || places.length > 0 ? await heldByOthers() : new Set<string>();
-  if (from === null && takesOver) {
+  if (from === null) {
     const newestFirst = places.sort((one, other) => (workAt(other)?.at ?? 0) - (workAt(one)?.at ?? 0));
     from = newestFirst.find((key) => !others.has(key)) ?? null;
   }

@@ -10,8 +10,7 @@ import type { OpenedProject } from "../api/types";
 import { askClass, askTeacher, ClassStream } from "../classroom/ask";
 import type { ClassAnswer, Goodbye, News, PupilView } from "../generated/classroom";
 import { choiceOf, playMission } from "../missions/store";
-import { receivePair } from "../pair/start";
-import type { SharedWindows } from "../pair/store";
+import { usePair } from "../pair/store";
 import { attempt, openSaved } from "../projects/actions";
 import { askUnlessSaved, findWork, type StoredWork, takeNewPlace } from "../projects/autosave";
 import { openProject, sameProject } from "../projects/project";
@@ -26,17 +25,6 @@ interface Pupil {
 }
 
 export const usePupil = create<Pupil>(() => ({ view: null, goodbye: null }));
-
-/** A pair in a class: the server has the windows. */
-const CLASSROOM: SharedWindows = {
-  read: (window) => askClass("pair/read", { window }),
-  write: (window, project, base) => askClass("pair/write", { window, project, base }),
-  take: (window, wants) => askClass("pair/take", { window, wants }),
-  swap: (wants) => askClass("pair/swap", { wants }),
-  join: () => askClass("pair/join"),
-  leave: () => askClass("pair/leave"),
-  conduct: (playing) => askClass("pair/conduct", playing),
-};
 
 const DRAFT_AFTER_MS = 2000;
 const DRAFT_AGAIN_MS = 5000;
@@ -102,11 +90,16 @@ export async function openHandedMission(): Promise<void> {
   });
 }
 
+/** What follows a pair is loaded only where there is one. */
+function receivePair({ pair, me }: PupilView): void {
+  if (pair || usePair.getState().view) void import("../pair/follow").then(({ receive }) => receive(pair, me.id));
+}
+
 function receive(answer: ClassAnswer): void {
   if (answer.is === "pupil") {
     usePupil.setState({ view: answer });
     tellNews(answer.news);
-    receivePair(answer.pair, answer.me.id, CLASSROOM);
+    receivePair(answer);
   } else if (answer.is === "goodbye") usePupil.setState({ goodbye: answer.why });
 }
 

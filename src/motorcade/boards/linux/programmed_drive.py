@@ -24,7 +24,7 @@ from motorcade.car.loop import Car
 from motorcade.config.pins import PinMap
 from motorcade.config.profile import Profile
 from motorcade.words.formats import HEADER, SWITCHES
-from motorcade.words.image import bytes_to_words
+from motorcade.words.packing import bytes_to_words
 from motorcade.words.ticks import elapsed_ms
 
 # Longer than a write to healthy hardware takes, short enough for an emergency stop to wait.

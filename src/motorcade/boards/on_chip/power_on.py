@@ -9,6 +9,8 @@ if MYPY:
     from collections.abc import Callable
     from typing import Any
 
+    from motorcade.boards.on_chip.wifi_line import WifiLine
+
 import json
 from binascii import crc32, unhexlify
 from collections import namedtuple
@@ -16,7 +18,6 @@ from collections import namedtuple
 from motorcade.boards.micropython import MicroPythonBoard
 from motorcade.boards.on_chip.lines import UartLine, UploadLine, UsbLine
 from motorcade.boards.on_chip.parts import SerialVoice
-from motorcade.boards.on_chip.wifi_line import Announcer, WifiLine, join_network
 from motorcade.car.brain import NO_VOICE
 from motorcade.car.loop import Car
 from motorcade.errors import MotorcadeError
@@ -163,6 +164,34 @@ def check_version(version: "tuple[Any, ...]", needed_version: "tuple[int, ...]" 
 
 def main() -> None:
     """Run a car for ever. The board's main.py calls this."""
+    start(_modules(), lambda: False)
+
+
+def check(modules: "Modules | None" = None, **given: "Any") -> None:
+    """Check the board at its prompt, with its wheels off the ground, and print what breaks the contract of boards.
+
+    Args:
+        modules: MicroPython's own, unless given.
+        given: further arguments of `motorcade.car.check.check_board`, such as ``observe``.
+
+    Raises:
+        MotorcadeError: the checker isn't on this board.
+    """
+    try:
+        from motorcade.car.check import check_board
+    except ImportError:
+        raise MotorcadeError("checker-missing", command="motorcade install-firmware --check")
+    modules = modules or _modules()
+    board = open_board(load_settings(modules.open_file), modules)
+    try:
+        for breach in check_board(board, **given):
+            print(breach)
+    finally:
+        board.close()
+
+
+def _modules() -> Modules:
+    """Return this chip's modules and streams."""
     import gc
     import os
     import select
@@ -179,13 +208,13 @@ def main() -> None:
     if platform == "esp32":
         tls = __import__("tls") if sys.implementation.version[:3] >= KEYS_NEED_VERSION else None
         network = (__import__("network"), __import__("socket"), select, tls)
-    start(
-        Modules(platform, sys.implementation, machine, time, micropython, gc, chip, os, open, *streams, network),
-        lambda: False,
-    )
+    return Modules(platform, sys.implementation, machine, time, micropython, gc, chip, os, open, *streams, network)
 
 
-def _wifi_line(cable: UploadLine, settings: "dict[str, Any]", modules: Modules) -> WifiLine:
+def _wifi_line(cable: UploadLine, settings: "dict[str, Any]", modules: Modules) -> "WifiLine":
+    # Other cars don't need the memory for it.
+    from motorcade.boards.on_chip.wifi_line import Announcer, WifiLine, join_network
+
     network, sockets, select, tls = modules.network
     number = "%08x" % settings["number"]  # noqa: UP031 - f-strings lack this there
     station = join_network(network, settings["wifi"], number)
@@ -200,7 +229,6 @@ def _wifi_line(cable: UploadLine, settings: "dict[str, Any]", modules: Modules) 
     date, clock = tuple(keys["date"]), modules.machine.RTC()
     if tuple(clock.datetime()) < date:
         clock.datetime(date)
-    # Other cars don't need the memory for it.
     from motorcade.boards.on_chip.secure_line import Keys, SecureLine
 
     return SecureLine(Keys(tls, keys), *arguments)

@@ -12,8 +12,8 @@ if MYPY:
 from motorcade.car.board import Board
 from motorcade.car.brain import VOICE_GO
 from motorcade.errors import Phrase
-from motorcade.words.image import ImageError, parse_image_bytes
 from motorcade.words.ticks import elapsed_ms
+from motorcade.words.upload import IMAGE, SILENCE_MS, CarEnd
 
 # A car ticks every few milliseconds: no call of its board may take much longer.
 LONGEST_CALL_MS = 20
@@ -310,12 +310,14 @@ def is_count(value: "Any", most: int = 1 << 31) -> bool:
     return type(value) is int and 0 <= value <= most
 
 
-def _is_image(value: "Any") -> bool:
-    try:
-        parse_image_bytes(value)
-    except ImageError:
-        return False
-    return True
+def _is_image(value: bytes) -> bool:
+    """Return whether a car would take these bytes, and no more and no fewer, as an image."""
+    car_end = CarEnd()
+    car_end.receive_data(value, 0)
+    # The empty image ends by silence.
+    car_end.receive_data(b"", SILENCE_MS)
+    event = car_end.next_event()
+    return event is not None and event.kind == IMAGE and event.image == value
 
 
 # What a method may give, by the phrase "check-expects-…" that names it.

@@ -85,9 +85,9 @@ class CarList:
             task.add_done_callback(self._loads.discard)
 
     async def _load(self, image: bytes, where: list[str]) -> None:
-        for each in where:
-            self._sent[each] = 0
-            self._verdicts.pop(each, None)
+        for address in where:
+            self._sent[address] = 0
+            self._verdicts.pop(address, None)
 
         def advance(contact: Contact, sent: int) -> None:
             self._sent[contact.place.address] = sent
@@ -96,8 +96,8 @@ class CarList:
             for verdict in await self._cars.load(image, where, advance):
                 self._verdicts[verdict.where] = verdict
         finally:
-            for each in where:
-                self._sent.pop(each, None)
+            for address in where:
+                self._sent.pop(address, None)
 
     @asynccontextmanager
     async def _looking(self) -> AsyncIterator[None]:
@@ -124,23 +124,26 @@ class CarList:
 
     def _shown(self) -> CarsShown:
         return CarsShown(
-            [self._row(each) for each in self._cars.statuses()],
-            [f"{each.name} ({each.address})" for each in self._finder.others.values()],
+            [self._row(status) for status in self._cars.statuses()],
+            [f"{place.name} ({place.address})" for place in self._finder.others.values()],
             _sentence(self._finder.problem),
         )
 
     def _row(self, status: CarStatus) -> CarRow:
-        verdict = self._verdicts.get(status.where)
-        more = {
-            # The seconds of a car that answers would make each picture of the list a new one.
-            "silent_s": round(status.silent_s) if status.away and status.silent_s is not None else None,
+        row = status._asdict() | {
+            "silent_s": None,
             "program": self._programs.get(status.crc32 or "", ""),
             "problem": _sentence(status.problem),
             "sent": self._sent.get(status.where),
-            "holds": verdict.holds if verdict else "",
-            "error": _sentence(verdict.error if verdict else None),
+            "holds": "",
+            "error": None,
         }
-        return CarRow(**status._asdict() | more)
+        # The seconds of a car that answers would make each picture of the list a new one.
+        if status.away and status.silent_s is not None:
+            row["silent_s"] = round(status.silent_s)
+        if verdict := self._verdicts.get(status.where):
+            row["holds"], row["error"] = verdict.holds, _sentence(verdict.error)
+        return CarRow(**row)
 
 
 def _sentence(problem: MotorcadeError | None) -> Sentence | None:

@@ -9,17 +9,16 @@ from weakref import WeakValueDictionary
 
 from anyio import CapacityLimiter, to_thread
 
-from motorcade.boards.simulated_drive import DrivenCars, SimulatedCamera
 from motorcade.cameras.broadcast import Camera
-from motorcade.cameras.simulated import Scene, to_jpeg
 from motorcade.drive.session import CarControl, ControlSession
+from motorcade.engine.simulated_camera import Scene, to_jpeg
+from motorcade.engine.simulated_drive import DrivenCars, SimulatedCamera
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat
-from motorcade.runs.recording import Description
 from motorcade.server.fleet import MOST_CARS, Fleet, address_of
 from motorcade.server.page_socket import PageSocket
 from motorcade.server.remote_messages import ListedCar
-from motorcade.service.history import EVERY_MS, PAST_BYTES
+from motorcade.service.history import PAST_BYTES
 from motorcade.service.messages import MatDocument
 from motorcade.service.studio_world import StudioWorld, open_world
 from motorcade.service.world_messages import WorldAnswer
@@ -106,7 +105,9 @@ class PageWorld(WorldSession):
     async def alone(self, job: Callable[[], _T]) -> _T:
         """Do a job while nothing else uses the session; in a thread unless that takes longer."""
         async with self.lock:
-            return job() if self.is_quick else await self.in_thread(job)
+            if self.is_quick:
+                return job()
+            return await self.in_thread(job)
 
     async def in_thread(self, job: Callable[[], _T], limiter: CapacityLimiter | None = None) -> _T:
         """Do a job in a thread, one of the workers or of ``limiter``; the caller has acquired the lock."""
@@ -127,7 +128,7 @@ class PageWorld(WorldSession):
             world.check_car(car)
             simulation = world.simulation
             if self._scene is None or self._scene[0] is not simulation.mat:
-                self._scene = simulation.mat, Scene(Description.of(simulation, EVERY_MS))
+                self._scene = simulation.mat, Scene(simulation)
             return to_jpeg(self._scene[1].draw(simulation.snapshot(), car))
 
         return await self.work(draw)

@@ -16,7 +16,7 @@ from stat import S_ISREG
 
 from filelock import FileLock
 
-from motorcade.config.files import raised_as, replace_file
+from motorcade.config.files import SaveError, raised_as, replace_file
 from motorcade.errors import MotorcadeError
 from motorcade.service.library import (
     DEFAULT_LIMITS,
@@ -60,14 +60,14 @@ class FolderStorage(Storage):
         self, owner: str, name: str, data: bytes, base: int | None = None, saved_at_s: float | None = None
     ) -> int:
         folder = self._owner_folder(owner) / folder_of(name)
-        with raised_as("cant-save", OSError):
-            newest = next(iter(_versions(folder)), None)
-            if newest and _file(folder, newest.version).read_bytes() == data:
-                return newest.version
-            check_base(name, base, newest.version if newest else 0)
-            self._check_room(owner, newest is None, len(data))
+        with raised_as("cant-save", OSError, SaveError):
+            newest = next((version.version for version in _versions(folder)), 0)
+            if newest and _file(folder, newest).read_bytes() == data:
+                return newest
+            check_base(name, base, newest)
+            self._check_room(owner, newest == 0, len(data))
             folder.mkdir(parents=True, exist_ok=True)
-            version = _reserve(folder, name, newest.version if newest else 0, base)
+            version = _reserve(folder, name, newest, base)
             try:
                 replace_file(_file(folder, version), data)
             except OSError:
@@ -77,9 +77,9 @@ class FolderStorage(Storage):
             if saved_at_s is not None:
                 os.utime(_file(folder, version), (saved_at_s, saved_at_s))
             self._used_bytes[owner] += len(data)
-            for each in _versions(folder)[self._limits.versions :]:
-                self._used_bytes[owner] -= _file(folder, each.version).stat().st_size
-                _file(folder, each.version).unlink()
+            for oldest in _versions(folder)[self._limits.versions :]:
+                self._used_bytes[owner] -= _file(folder, oldest.version).stat().st_size
+                _file(folder, oldest.version).unlink()
         return version
 
     def _check_room(self, owner: str, is_new: bool, size_bytes: int) -> None:
@@ -95,8 +95,10 @@ class FolderStorage(Storage):
 
     def read(self, owner: str, name: str, version: int | None = None) -> bytes:
         folder, versions = self._existing(owner, name)
-        chosen = versions[0].version if version is None else version
-        if chosen not in {each.version for each in versions}:
+        chosen = version
+        if version is None:
+            chosen = versions[0].version
+        if chosen not in {version_there.version for version_there in versions}:
             raise MotorcadeError("no-version", name=name, version=chosen)
         with raised_as("cant-read", OSError):
             return _file(folder, chosen).read_bytes()
@@ -113,7 +115,7 @@ class FolderStorage(Storage):
         except OSError:
             # A full disk has no room for it, or a file has that name: the project is out of the list all the same.
             deleted = folder.parent
-        taken = {each.name for each in children(deleted)}
+        taken = {child.name for child in children(deleted)}
         free = next(wish for number in count(1) if (wish := f"{folder.name}.{number}") not in taken)
         with raised_as("cant-delete", OSError), raised_as("no-project", FileNotFoundError, name=name):
             folder.rename(deleted / free)
@@ -124,14 +126,16 @@ class FolderStorage(Storage):
             document = json.loads((self._owner_folder(owner) / STARS).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return {}
-        return stars_in(document.get("stars")) if isinstance(document, dict) else {}
+        if isinstance(document, dict):
+            return stars_in(document.get("stars"))
+        return {}
 
     def add_stars(self, owner: str, mission: str, stars: "list[int]") -> "list[int]":
         """Store stars, one at a time among all threads and processes: one would lose what another wrote meanwhile."""
         folder = self._owner_folder(owner)
         if not stars:
             return self.stars(owner).get(mission, [])
-        with raised_as("cant-save", OSError):
+        with raised_as("cant-save", OSError, SaveError):
             folder.mkdir(parents=True, exist_ok=True)
             with FileLock(folder / STARS_LOCK, timeout=LONGEST_WAIT_S):
                 before = self.stars(owner)
@@ -142,7 +146,9 @@ class FolderStorage(Storage):
         return earned
 
     def _owner_folder(self, owner: str) -> Path:
-        return self._folder / OWNERS / folder_of(owner) if owner else self._folder
+        if owner:
+            return self._folder / OWNERS / folder_of(owner)
+        return self._folder
 
     def _existing(self, owner: str, name: str) -> tuple[Path, list[Version]]:
         folder = self._owner_folder(owner) / folder_of(name)
@@ -174,9 +180,10 @@ def name_of(folder: str) -> str | None:
     quoted = unicodedata.normalize("NFC", folder).rpartition("-")[0]
     name = _QUOTE.sub(lambda found: chr(int(found[1], 16)), quoted)
     try:
-        return name if folder_of(name) == unicodedata.normalize("NFC", folder) else None
+        is_project = folder_of(name) == unicodedata.normalize("NFC", folder)
     except (MotorcadeError, UnicodeEncodeError):
         return None
+    return name if is_project else None
 
 
 def _versions(folder: Path) -> list[Version]:
@@ -192,7 +199,7 @@ def _versions(folder: Path) -> list[Version]:
             continue
         if S_ISREG(status.st_mode) and status.st_size:
             found.append(Version(int(number), iso_time(status.st_mtime)))
-    return sorted(found, key=lambda each: each.version, reverse=True)
+    return sorted(found, key=lambda version: version.version, reverse=True)
 
 
 def _file(folder: Path, version: int) -> Path:

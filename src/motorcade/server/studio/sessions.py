@@ -127,7 +127,9 @@ class Visitors:
 
     def visitor(self, connection: HTTPConnection) -> str:
         """Return whom a connection counts for: its address. Raises MotorcadeError where the visitor is not let in."""
-        return connection.client.host if connection.client else ""
+        if connection.client:
+            return connection.client.host
+        return ""
 
     def context(self, visitor: str) -> Context:
         """What requests of a visitor work with."""
@@ -194,17 +196,19 @@ class PageWorlds:
 
     def named_or_only(self, key: str, visitor: str) -> PageWorld:
         """Return the session of that key, or the visitor's only one where ``key`` is empty. Raises MotorcadeError."""
-        own = [each.key for each in self._sessions.values() if self._visitors.may_use(visitor, each.visitor)]
-        return self.session(own[0] if not key and len(own) == 1 else key, visitor)
+        own = [session.key for session in self._sessions.values() if self._visitors.may_use(visitor, session.visitor)]
+        if not key and len(own) == 1:
+            key = own[0]
+        return self.session(key, visitor)
 
     def newest(self) -> dict[str, PageWorld]:
         """For each visitor the session with a world that a connected page used last."""
-        found = [each for each in self._sessions.values() if each.page and each.has_world]
-        return {each.visitor: each for each in sorted(found, key=lambda session: session.used_s)}
+        found = [session for session in self._sessions.values() if session.page and session.has_world]
+        return {session.visitor: session for session in sorted(found, key=lambda session: session.used_s)}
 
     async def pause_all(self, whose: Callable[[str], bool]) -> None:
         """Pause the worlds of the visitors for whom ``whose`` holds: none waits for another, and each has its try."""
-        sessions = [each for each in self._sessions.values() if each.has_world and whose(each.visitor)]
+        sessions = [session for session in self._sessions.values() if session.has_world and whose(session.visitor)]
         await asyncio.gather(*map(self._pause, sessions))
 
     async def _pause(self, session: PageWorld) -> None:
@@ -215,7 +219,7 @@ class PageWorlds:
 
     def end(self, visitor: str, problem: MotorcadeError) -> None:
         """End all sessions of a visitor; their pages are sent ``problem``."""
-        for session in [each for each in self._sessions.values() if each.visitor == visitor]:
+        for session in [session for session in self._sessions.values() if session.visitor == visitor]:
             self._forget(session, problem)
 
     async def serve(self, socket: WebSocket) -> None:
@@ -283,12 +287,17 @@ class PageWorlds:
                 continue
             idle_since_s = self._settings.clock() - IDLE_S
             gives_way = self._limits.newest_wins and some is alike
-            unused = [each for each in some if gives_way or each.page is None or each.used_s <= idle_since_s]
+            unused = [
+                session for session in some if gives_way or session.page is None or session.used_s <= idle_since_s
+            ]
             if not unused:
                 raise MotorcadeError(code, most=most)
             # Pages that have left give way before pages that are idle.
             oldest = min(unused, key=lambda session: (session.page is not None, session.used_s))
-            self._forget(oldest, MotorcadeError("taken-over") if gives_way else None)
+            problem = None
+            if gives_way:
+                problem = MotorcadeError("taken-over")
+            self._forget(oldest, problem)
             return
 
     def _leave(self, session: PageWorld, page: PageSocket) -> None:
@@ -337,7 +346,9 @@ class PageWorlds:
             session.fleet.give_back_all()
         elif isinstance(message, world_messages.Resume):
             session.fleet.give_back(message.car)
-        limiter = self._builder if isinstance(message, _LONG) else None
+        limiter = None
+        if isinstance(message, _LONG):
+            limiter = self._builder
         answers = await session.in_thread(lambda: session.receive(message), limiter)
         # The last picture didn't show this change.
         session.is_quick = False

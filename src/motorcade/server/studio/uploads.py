@@ -12,7 +12,7 @@ from anyio import CapacityLimiter, from_thread, to_thread
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from motorcade.boards.computer import ImageStore, StoreError
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, TransferError
 from motorcade.server.page_socket import PageSocket, next_message
 from motorcade.server.request_filter import ServerSettings
 from motorcade.service.messages import Port
@@ -37,7 +37,7 @@ def listed_ports() -> list[Port]:
     """List all ports: the likeliest first; those of the mainboard last, as usually nothing is connected there."""
     ranked = [(port.rank == BARE, Port(port.device, port.title, "serial")) for port in ports()]
     ranked.append((False, VIRTUAL_PORT))
-    return [port for _, port in sorted(ranked, key=lambda each: each[0])]
+    return [port for _, port in sorted(ranked, key=lambda pair: pair[0])]
 
 
 class VirtualCarImage(ImageStore):
@@ -151,8 +151,8 @@ class Uploads:
 
 def _reach_car(order: UploadOrder, baud: int, put: Callable[[UploadAnswer], None]) -> None:
     # Some of pyserial's URLs write files, so a page may use listed ports only.
-    if order.port not in {each.device for each in ports()}:
-        raise MotorcadeError("no-such-port", port=order.port)
+    if order.port not in {port.device for port in ports()}:
+        raise TransferError("no-such-port", port=order.port)
     transfer = transfer_of(order, secrets.randbelow(256), put)
     run(transfer, order.port, baud)
     put(outcome_of(order, transfer, order.port))

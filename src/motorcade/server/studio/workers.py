@@ -122,7 +122,10 @@ def _ask(
         if kind != "call":
             return kind, values[0]
         called, arguments, named = values
-        function = context.ports if called == "ports" else getattr(context.storage, called)
+        if called == "ports":
+            function = context.ports
+        else:
+            function = getattr(context.storage, called)
         try:
             worker.pipe.send((True, function(*arguments, **named)))
         except MotorcadeError as problem:

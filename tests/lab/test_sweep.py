@@ -16,11 +16,11 @@ from motorcade import Program, forward, led
 from motorcade.config.profile import built_in_profile
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
-from motorcade.experiments import plan as planning
-from motorcade.experiments.plan import Plan
-from motorcade.experiments.run import Store, on_this_computer, run_sweep
-from motorcade.experiments.spec import parse_sweep
-from motorcade.experiments.task import run_task
+from motorcade.lab import plan as planning
+from motorcade.lab.plan import Plan
+from motorcade.lab.run import Store, on_this_computer, run_sweep
+from motorcade.lab.spec import parse_sweep
+from motorcade.lab.task import run_task
 from motorcade.mats import Pose, Starts, open_table
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Followers

@@ -28,8 +28,8 @@ import pyarrow.parquet as pq
 
 from motorcade.config.files import locked, read_bytes, replace_file
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.experiments.plan import Plan
-from motorcade.experiments.task import run_task, table_schema
+from motorcade.lab.plan import Plan
+from motorcade.lab.task import run_task, table_schema
 
 GROUP_ROWS = 1 << 16
 CONNECT_S = 10

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from motorcade.config.profile import Profile
 from motorcade.engine.layout import rules_of
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.experiments.spec import EMPTY_TABLE, NEVER, Sweep, Value, mat_with, profile_with
+from motorcade.lab.spec import EMPTY_TABLE, NEVER, Sweep, Value, mat_with, profile_with
 from motorcade.mats import Mat, check_mat, formation, open_table
 
 TASK_CAR_STEPS = 150_000_000
@@ -38,7 +38,7 @@ MOST_BYTES = 1 << 24
 MOST_CHECKPOINTS = 1000
 
 # The packages that a run's outcome depends on.
-_HASHED = ("car", "config", "devices", "engine", "experiments", "mats", "words")
+_HASHED = ("car", "config", "devices", "engine", "lab", "mats", "words")
 # The digests of the engine's libraries, which stand for what was compiled.
 _LIBRARIES = "engine/libraries/digests.json"
 
@@ -80,7 +80,7 @@ class Plan:
         mats: each of its mats; None for the empty table.
         version: of Motorcade.
         progress: called with the number of points that were checked, of `Sweep.cells`.
-        with_digests: whether the table has digests of the runs: `motorcade.experiments.task.car_digests`.
+        with_digests: whether the table has digests of the runs: `motorcade.lab.task.car_digests`.
 
     Raises:
         MotorcadeError: a point is not valid; the error tells which and why.

@@ -13,10 +13,10 @@ from motorcade.car import brain, frames, next_wakeup
 from motorcade.config.profile import Profile, levels_of
 from motorcade.engine.simulation import COUNTED
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.experiments.plan import Batch, Task, code_hash, describe
-from motorcade.experiments.spec import kind_of
-from motorcade.words.image import bytes_to_words
+from motorcade.lab.plan import Batch, Task, code_hash, describe
+from motorcade.lab.spec import kind_of
 from motorcade.words.infrared import word_of
+from motorcade.words.packing import bytes_to_words
 
 if TYPE_CHECKING:
     from motorcade.engine.world import World

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motorcade import Followers, Physics, Pose, forward, led, left, right, together, wait
-from motorcade.boards.simulated_drive import DrivenCars, LiveWorld
+from motorcade.engine.simulated_drive import DrivenCars, LiveWorld
 from motorcade.engine.state import DRIVEN
 from motorcade.errors import MotorcadeError
 from support.strategies import CLASSROOM
@@ -183,3 +183,19 @@ def test_a_live_world_follows_the_clock_and_drops_a_long_lag():
     at_s[0] += 60
     live.advance()
     assert live.snapshot().x_m[0] == pytest.approx(0.3 * 1.28 + 0.3 * 0.25, abs=0.0122)
+
+
+def test_cars_of_a_live_world_begin_again_where_one_leaves_the_plane():
+    at_s = [0.0]
+    # As fast as a profile allows.
+    fast = replace(CLASSROOM, speeds_mm_s=(0, 1, 2, 90_000), body=replace(CLASSROOM.body, diameter_mm=1900))
+    world = leaders(STANDING, [Pose(1990, 0, 0)], fast, tick_ms=5)
+    live = LiveWorld(world, lambda: at_s[0])
+    live.board(0).apply(90, 1, 255)
+    shown_m = []
+    for _ in range(20):
+        at_s[0] += 0.2
+        live.advance()
+        shown_m.append(live.snapshot().x_m[0])
+    assert max(shown_m) > 2100
+    assert 1990 <= shown_m[-1] < max(shown_m)

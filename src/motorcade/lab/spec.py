@@ -30,7 +30,7 @@ from motorcade.config.check import (
 )
 from motorcade.config.files import parse, read_text
 from motorcade.config.profile import Profile, profile_from_dict, profile_schema
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import InputError, MotorcadeError, Phrase
 from motorcade.mats import Mat
 from motorcade.mats.schema import mat_schema
 
@@ -252,7 +252,7 @@ def parse_sweep(text: str, file: str, has_own_mat: Callable[[str], bool] = lambd
     duration_ms = round(values["seconds"] * 1000)
     if not duration_ms or abs(duration_ms / 1000 - values["seconds"]) > 1e-9 * values["seconds"]:
         allowed = Phrase("sweep-seconds", most=MOST_SECONDS)
-        raise MotorcadeError("not-allowed", file=file, place="seconds", value=shown(values["seconds"]), allowed=allowed)
+        raise InputError("not-allowed", file=file, place="seconds", value=shown(values["seconds"]), allowed=allowed)
     sweep = Sweep(
         programs=tuple(values["programs"]),
         mats=tuple(values.get("mats") or _own_mats(values["programs"], has_own_mat, file)),
@@ -351,7 +351,7 @@ def _seeds(seeds: Any, file: str) -> Sequence[int]:
     most = MOST_SEED + 1 - first
     if count > most:
         allowed = Phrase("whole-range", minimum=1, maximum=most)
-        raise MotorcadeError("not-allowed", file=file, place="seeds.count", value=count, allowed=allowed)
+        raise InputError("not-allowed", file=file, place="seeds.count", value=count, allowed=allowed)
     return range(first, first + count)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import motorcade
-from motorcade.experiments import plan
+from motorcade.lab import plan
 from motorcade.lab.search import GRADED_BY
 from support.waiting import DEADLINE_S
 
@@ -18,7 +18,7 @@ WITHOUT_EFFECT = {"__init__.py", "errors.py", "extras.py", "locales", "outcomes.
 
 @pytest.mark.parametrize(
     ("task", "more"),
-    [("motorcade.experiments.task, motorcade.engine.world", ()), ("motorcade.lab.search", GRADED_BY)],
+    [("motorcade.lab.task, motorcade.engine.world", ()), ("motorcade.lab.search", GRADED_BY)],
     ids=["sweep", "search"],
 )
 def test_all_that_a_task_imports_is_hashed(task, more, monkeypatch):

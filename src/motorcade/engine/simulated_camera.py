@@ -13,9 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
+from motorcade.engine.layout import people_at
 from motorcade.engine.moment import Moment
-from motorcade.mats.model import path_of
-from motorcade.runs.recording import LEDS, Description
+from motorcade.engine.native import InterpretedKernels
+from motorcade.engine.pictures import LEDS
+from motorcade.engine.simulation import Simulation
+from motorcade.mats.model import Mat, path_of
 
 Colours = NDArray[np.float32]
 RGB = tuple[int, int, int]
@@ -45,7 +48,7 @@ _MOST_CELLS = 4000
 _WALL, _OBSTACLE = (200, 120, 80), (120, 130, 145)
 _LEADER, _FOLLOWER, _PERSON = (36, 87, 197), (176, 42, 91), (80, 110, 80)
 _LAMP, _TAIL = (255, 250, 220), (220, 30, 30)
-_LED_COLOURS: list[RGB] = [(int(each[1:3], 16), int(each[3:5], 16), int(each[5:7], 16)) for each in LEDS]
+_LED_COLOURS: list[RGB] = [(int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)) for colour in LEDS]
 
 
 class _Billboard(NamedTuple):
@@ -77,9 +80,8 @@ class _DarkFloor(NamedTuple):
         return dark
 
 
-def _dark_floor(about: Description) -> _DarkFloor | None:
+def _dark_floor(mat: Mat) -> _DarkFloor | None:
     """Draw the lines, spots and patches of a mat from above; None where there are none."""
-    mat = about.mat
     bands = [(path_of(line), line.width_m) for line in mat.lines] + [
         ([(x, y)], 2 * radius) for x, y, radius in mat.spots
     ]
@@ -106,21 +108,21 @@ def _dark_floor(about: Description) -> _DarkFloor | None:
 
 
 class Scene:
-    """Draws the pictures of the cameras of a run."""
+    """Draws the pictures of the cameras of a world: of its cars as they are at any moment, on its mat as it is now."""
 
-    def __init__(self, about: Description):
-        self._about = about
-        self._radius_m = about.diameter_m / 2
-        self._leads = about.is_leader()
-        walls = [(*wall, 0) for wall in about.mat.walls]
-        if about.mat.walled and about.mat.size_m:
-            (w, h) = about.mat.size_m
+    def __init__(self, world: Simulation):
+        mat = self._mat = world.mat
+        self._radius_m = world.profile.body.diameter_mm / 2000
+        self._leads = mat.starts.leads
+        walls = [(*wall, 0) for wall in mat.walls]
+        if mat.walled and mat.size_m:
+            (w, h) = mat.size_m
             walls += [(0, 0, w, 0, 0), (w, 0, w, h, 0), (w, h, 0, h, 0), (0, h, 0, 0, 0)]
-        for corners in about.mat.polygons:
+        for corners in mat.polygons:
             walls += [(*here, *there, 1) for here, there in zip(corners, corners[1:] + corners[:1], strict=True)]
         self._walls = np.array(walls, float).reshape(-1, 5)
-        self._discs = np.array(about.mat.discs, float).reshape(-1, 3)
-        self._dark = _dark_floor(about)
+        self._discs = np.array(mat.discs, float).reshape(-1, 3)
+        self._dark = _dark_floor(mat)
         self._focus = WIDTH / 2 / math.tan(math.radians(_HALF_VIEW_DEG))
         self._horizon = HEIGHT * 0.42
         # For each column: how far left its ray is, one metre ahead. For each row: how far ahead it meets the floor.
@@ -151,11 +153,11 @@ class Scene:
         floor_x, floor_y = x + ahead * cos - aside * sin, y + ahead * sin + aside * cos
         # Far away a line is one pixel wide, and it fades where lines are too close together.
         wide = np.maximum(0.006, self._floor_m / self._focus * 1.2)[:, None]
-        near_x, near_y = (np.abs((each / _TILE_M + 0.5) % 1 - 0.5) * _TILE_M for each in (floor_x, floor_y))
+        near_x, near_y = (np.abs((axis / _TILE_M + 0.5) % 1 - 0.5) * _TILE_M for axis in (floor_x, floor_y))
         lines = (np.minimum(near_x, near_y) < wide) * np.clip(1.5 - ahead / 4, 0, 1)
         ground = np.broadcast_to(np.array(_FLOOR, np.float32), (*lines.shape, 3))
-        if self._about.mat.size_m:
-            w, h = self._about.mat.size_m
+        if self._mat.size_m:
+            w, h = self._mat.size_m
             inside = (floor_x >= 0) & (floor_x <= w) & (floor_y >= 0) & (floor_y <= h)
             ground = np.where(inside[..., None], ground, np.array(_OUTSIDE, np.float32))
         shaded = ground + (np.array(_LINE, np.float32) - ground) * lines[..., None]
@@ -217,12 +219,13 @@ class Scene:
         billboards = [
             billboard for k in near for billboard in self._car(now, int(k), float(ahead[k]), float(aside[k]), cos, sin)
         ]
-        for person_x, person_y in self._about.people_at(now.t_ms):
+        for person_x, person_y in people_at(self._mat, now.t_ms, InterpretedKernels()):
             to_x, to_y = person_x - x, person_y - y
             half_m, high_m = _PERSON_M
             at = to_x * cos + to_y * sin, to_y * cos - to_x * sin
             billboards.append(_Billboard(*at, half_m, 0.0, high_m, _PERSON))
-        return sorted((each for each in billboards if each.ahead > _NEAR_M), key=lambda each: -each.ahead)
+        seen = [billboard for billboard in billboards if billboard.ahead > _NEAR_M]
+        return sorted(seen, key=lambda billboard: -billboard.ahead)
 
     def _car(self, now: Moment, k: int, ahead: float, aside: float, cos: float, sin: float) -> list[_Billboard]:
         """A car's body, its LED on top, and the visible of its lamps: white in front, red at the back."""

@@ -10,17 +10,17 @@ import pytest
 from PIL import Image
 
 from motorcade import Pose, World, forward, led, open_table, wait
-from motorcade.boards.simulated_drive import LiveWorld, SimulatedCamera
-from motorcade.cameras import simulated as view
+from motorcade.engine import simulated_camera as view
+from motorcade.engine.pictures import LEDS
+from motorcade.engine.simulated_drive import LiveWorld, SimulatedCamera
 from motorcade.mats import Person, check_mat, playground
 from motorcade.mats.model import Line
-from motorcade.runs.recording import LEDS, Description
 from support.strategies import CLASSROOM
 from support.tables import table, world
 
 
 def seen(cars: World, car: int = 0) -> np.ndarray:
-    return view.Scene(Description.of(cars, 100)).draw(cars.snapshot(), car).astype(int)
+    return view.Scene(cars).draw(cars.snapshot(), car).astype(int)
 
 
 def shown(poses: list[Pose], steps: list | None = None, **more: object) -> np.ndarray:

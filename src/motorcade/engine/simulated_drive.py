@@ -8,14 +8,13 @@ import time
 from collections.abc import Callable
 from typing import Self
 
-from motorcade.boards.computer import BatteryFile
-from motorcade.cameras.simulated import Scene, to_jpeg
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.drive_board import DriveBoard
 from motorcade.engine.moment import Moment
+from motorcade.engine.simulated_camera import Scene, to_jpeg
 from motorcade.engine.simulation import Simulation
 from motorcade.engine.world import World
-from motorcade.runs.recording import Description
+from motorcade.errors import MotorcadeError
 from motorcade.words.formats import SWITCHES
 
 NEUTRAL = (90, 1, 0)
@@ -31,17 +30,17 @@ class SimulatedBoard(DriveBoard):
     Attributes:
         switched_on: the switches that are on; it has all that there are.
         setpoint: the servo's angle, the direction and the duty; None while the car's own program drives.
-        battery: where the voltage of a battery is read; None for none.
+        read_battery_mv: reads the voltage of a battery in mV; None for none.
         ahead_mm: what the ultrasonic sensor measured before the last ticks.
     """
 
-    switches = tuple(each.name for each in SWITCHES)
+    switches = tuple(switch.name for switch in SWITCHES)
 
     def __init__(self, has_program: bool) -> None:
         self.has_program = has_program
         self.switched_on: set[str] = set()
         self.setpoint: tuple[int, int, int] | None = None
-        self.battery: BatteryFile | None = None
+        self.read_battery_mv: Callable[[], int] | None = None
         self.ahead_mm = NOTHING_IN_SIGHT_MM
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
@@ -54,7 +53,7 @@ class SimulatedBoard(DriveBoard):
         (self.switched_on.add if is_on else self.switched_on.discard)(name)
 
     def battery_mv(self) -> int | None:
-        return self.battery.read_mv() if self.battery else None
+        return self.read_battery_mv() if self.read_battery_mv else None
 
     def obstacle_mm(self) -> int:
         return self.ahead_mm
@@ -95,6 +94,9 @@ class DrivenCars:
 class LiveWorld:
     """Run a world in real time in a thread of its own; a context manager.
 
+    Where a car leaves the plane, 2,147 m around 0, all cars begin again in their places: nobody is there who could
+    move it back, and driving goes on.
+
     Args:
         world: nobody else may step it meanwhile.
         clock_s: a clock in seconds that never goes back.
@@ -104,7 +106,7 @@ class LiveWorld:
         self._world = world
         self._clock_s = clock_s
         self._driven = DrivenCars()
-        self._scene = Scene(Description.of(world, world.tick_ms))
+        self._scene = Scene(world)
         self._lock = threading.Lock()
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._run, name="simulated world", daemon=True)
@@ -127,7 +129,11 @@ class LiveWorld:
         if ticks:
             with self._lock:
                 self._driven.steer(self._world)
-                self._world.run(ticks * self._world.tick_ms)
+                try:
+                    self._world.run(ticks * self._world.tick_ms)
+                except MotorcadeError:
+                    # The only error of a run of whole ticks: a car has left the plane.
+                    self._world.reset()
 
     def snapshot(self) -> Moment:
         """Return what the cars show now."""

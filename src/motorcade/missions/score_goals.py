@@ -9,22 +9,22 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from functools import lru_cache, partial
-from typing import Any
+from typing import Any, ClassVar
 
+from motorcade.config.check import number as a_number
 from motorcade.engine.moment import Event, Moment
 from motorcade.errors import Phrase
 from motorcade.mats.model import Disc
-from motorcade.missions.goals import GoalState, GoalWatch, distance_to_zone_m
-from motorcade.missions.model import Goal, Mission, Wording, Zone
+from motorcade.missions.goal import EVERY_MS, ZONE, GoalKind, GoalRun, GoalState, distance_to_zone_m, metres
+from motorcade.missions.model import Wording, Zone
 
-# Of a control step, and of a mission's moments.
-STEP_MS = 100
 # The diameter of the published arena as its loop function has it: a car that covers nothing is so far away.
 _DIAMETER_M = 2.5
 # A car that moves less between two moments, along x and along y, stands.
 _STANDS_M = 0.005
 # The points that stand for an area are so far apart: changes of a score by less than 1% are rounding.
 _COVER_STEP_M, _NETWORK_STEP_M = 0.1, 0.05
+_LEAST = a_number(0.01, 1_000_000, title="the score at least")
 
 
 # x_m and y_m of a moment, as lists, arrays or other sequences.
@@ -33,8 +33,6 @@ _Columns = tuple[Any, Any]
 
 class Score(ABC):
     """Scores one run. Goals of several stars share it, so it is told each moment once by each of them."""
-
-    sees_all = True
 
     def __init__(self) -> None:
         self.now_ms = -1
@@ -106,8 +104,6 @@ class _Stopped(Score):
 class _AtEnd(Score):
     """Score where the cars are at the last moment, by a function of x_m and y_m."""
 
-    sees_all = False
-
     def __init__(self, score_of: Callable[[Sequence[float], Sequence[float]], float]) -> None:
         super().__init__()
         self._score_of = score_of
@@ -121,46 +117,6 @@ class _AtEnd(Score):
         if self._value is None:
             self._value = self._score_of(*self._last) if self.now_ms >= 0 else 0.0
         return self._value
-
-
-class ScoreWatch(GoalWatch):
-    """A goal for a score of all cars at the end of the run."""
-
-    def __init__(self, goal: Goal, score: Score) -> None:
-        super().__init__()
-        self._least: float = goal.values["least"]
-        self._score = score
-        self.sees_all = score.sees_all
-
-    def see(self, moment: Moment, begun: Sequence[Event]) -> None:
-        self._score.see(moment)
-
-    def state(self, is_over: bool) -> GoalState:
-        if not is_over:
-            return GoalState("open", None, Phrase("goal-score-open", least=self._least))
-        score = self._score.value()
-        why = Phrase("goal-score", score=score, least=self._least)
-        return GoalState("met" if score >= self._least else "lost", self._score.now_ms, why)
-
-    def nearness(self) -> float:
-        return max(self._score.value(), 0.0) / self._least
-
-
-def score_of(goal: Goal, mission: Mission) -> Score:
-    """What scores a goal of the kinds gathered, covered, networked or stopped."""
-    zone = mission.zone(goal.values["zone"])
-    match goal.kind:
-        case "gathered":
-            return _Gathered(zone)
-        case "stopped":
-            return _Stopped(zone, 2 * len(mission.mat.starts) * (mission.duration_ms // STEP_MS))
-        case "covered":
-            nowhere = Wording({})
-            dark = [Zone("", nowhere, disc=spot) for spot in mission.mat.spots]
-            dark += [Zone("", nowhere, patch) for patch in mission.mat.patches]
-            return _AtEnd(partial(_covered, arena=zone, dark=dark))
-    apart_m, radius_m = goal.values["apart_m"], goal.values["radius_m"]
-    return _AtEnd(partial(_networked, arena=zone, apart_m=apart_m, radius_m=radius_m))
 
 
 def _covered(x_m: Sequence[float], y_m: Sequence[float], arena: Zone, dark: Sequence[Zone]) -> float:
@@ -213,3 +169,86 @@ def _is_in_disc(disc: Disc, x_m: float, y_m: float) -> bool:
     centre_x, centre_y, radius = disc
     # Most points are far away, and this is asked for each car and moment.
     return abs(x_m - centre_x) <= radius and math.hypot(x_m - centre_x, y_m - centre_y) <= radius
+
+
+class ScoreGoal(GoalKind):
+    """A goal for a score of all cars at the end of the run. Goals with the same keys, but for ``least``, share it."""
+
+    def __init__(self, number: int, run: GoalRun) -> None:
+        super().__init__(number, run)
+        self._least: float = self.values["least"]
+        key = repr((self.name, self.values | {"least": 0}))
+        self._score = run.once(key, self.score)
+
+    @abstractmethod
+    def score(self) -> Score:
+        """Make what scores the run."""
+
+    @property
+    def zone(self) -> Zone:
+        """The zone that the goal names."""
+        return self.mission.zone(self.values["zone"])
+
+    def see(self, moment: Moment, begun: Sequence[Event]) -> None:
+        self._score.see(moment)
+
+    def state(self, is_over: bool) -> GoalState:
+        if not is_over:
+            return GoalState("open", None, Phrase("goal-score-open", least=self._least))
+        score = self._score.value()
+        why = Phrase("goal-score", score=score, least=self._least)
+        return GoalState("met" if score >= self._least else "lost", self._score.now_ms, why)
+
+    def nearness(self) -> float:
+        return max(self._score.value(), 0.0) / self._least
+
+
+class Gathered(ScoreGoal):
+    """Cars are in a zone, added up over time."""
+
+    name = "gathered"
+    fields: ClassVar = {"zone": ZONE, "least": _LEAST}
+
+    def score(self) -> Score:
+        return _Gathered(self.zone)
+
+
+class Covered(ScoreGoal):
+    """Cars cover a zone, but for its dark floor."""
+
+    name = "covered"
+    fields: ClassVar = {"zone": ZONE, "least": _LEAST}
+    sees_all = False
+
+    def score(self) -> Score:
+        mat, nowhere = self.mission.mat, Wording({})
+        dark = [Zone("", nowhere, disc=spot) for spot in mat.spots]
+        dark += [Zone("", nowhere, patch) for patch in mat.patches]
+        return _AtEnd(partial(_covered, arena=self.zone, dark=dark))
+
+
+class Networked(ScoreGoal):
+    """Cars that are linked cover a zone."""
+
+    name = "networked"
+    fields: ClassVar = {
+        "zone": ZONE,
+        "apart_m": metres("cars are linked that are nearer to each other") | {"default": 0.35},
+        "radius_m": metres("how far around it a car covers the zone") | {"default": 0.25},
+        "least": _LEAST,
+    }
+    sees_all = False
+
+    def score(self) -> Score:
+        apart_m, radius_m = self.values["apart_m"], self.values["radius_m"]
+        return _AtEnd(partial(_networked, arena=self.zone, apart_m=apart_m, radius_m=radius_m))
+
+
+class StoppedAtZone(ScoreGoal):
+    """Cars drive until one finds a zone, then stand."""
+
+    name = "stopped"
+    fields: ClassVar = {"zone": ZONE, "least": _LEAST}
+
+    def score(self) -> Score:
+        return _Stopped(self.zone, 2 * len(self.mission.mat.starts) * (self.mission.duration_ms // EVERY_MS))

@@ -1,6 +1,7 @@
 """Grade many runs of a mission side by side, each with a program and a seed of its own. This module needs NumPy."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,16 +11,12 @@ from motorcade.engine.moment import Moment
 from motorcade.engine.world import World
 from motorcade.mats import Mat
 from motorcade.missions.check import grade_of
+from motorcade.missions.goal import EVERY_MS
 from motorcade.missions.model import Mission
-from motorcade.missions.schema import GOALS, WORKS
-from motorcade.missions.watch import EVERY_MS, MissionWatch, begun_words, run_to_next
+from motorcade.missions.watch import ManyRuns, attempt_of, run_to_next
 
 # Where cars were is noted so often, in squares of this side.
 _VISIT_MS, _SQUARE_M = 1000, 0.25
-# Goals that need events of the engine, and columns of a moment beside the positions.
-_WITH_EVENTS = ("heard", "in-step")
-_BY_POSITION = ("in-zone", "out-of-zone", "travelled", "together", "no-touch", *_WITH_EVENTS)
-_BY_SCORE = ("gathered", "covered", "networked", "stopped")
 # x and y of all cars.
 _Positions = tuple[NDArray[np.int32], NDArray[np.int32]]
 
@@ -50,35 +47,29 @@ def grade_runs(
 
     Raises MotorcadeError.
     """
-    kinds = {goal.kind for goal in mission.goals} - {WORKS}
-    mat, with_events = mission.mat, not kinds.isdisjoint(_WITH_EVENTS)
-    world = World(mat, images, mission.profile, seeds=list(seeds), events=with_events, threads=1)
+    attempts = [attempt_of(mission, image) for image in images]
+    kinds = attempts[0].kinds
+    with_events = any(kind.has_events for kind in kinds)
+    world = World(mission.mat, images, mission.profile, seeds=list(seeds), events=with_events, threads=1)
     world.assign_images(programs)
-    watches = [MissionWatch(mission, images[program]) for program in programs]
-    sees_all = watches[0].sees_all
-    is_plain = all(kind in (*_BY_POSITION, *_BY_SCORE) or kind == "all-by" or GOALS[kind].is_static for kind in kinds)
-    visits = _Visits(mat, world.worlds)
-    end_ms, step_ms = mission.duration_ms, EVERY_MS if sees_all else _VISIT_MS
+    is_plain = all(kind.reads_positions_alone for kind in kinds)
+    moments = partial(_plain_moments, world) if is_plain else None
+    runs = ManyRuns(world, [attempts[program] for program in programs], moments)
+    visits = _Visits(mission.mat, world.worlds)
+    end_ms, step_ms = mission.duration_ms, EVERY_MS if runs.sees_all else _VISIT_MS
     while True:
-        now_ms = world.now_ms
-        is_last = now_ms >= end_ms
-        positions = _positions_um(world)
-        if now_ms % _VISIT_MS < step_ms:
-            visits.note(*positions)
-        if sees_all or is_last:
-            if is_plain:
-                moments = _plain_moments(world, positions, "no-touch" in kinds)
-            else:
-                moments = [world.snapshot(number).in_single_precision() for number in range(world.worlds)]
-            for number, (watch, moment) in enumerate(zip(watches, moments, strict=True)):
-                watch.see(moment, begun_words(world, number) if with_events else ())
+        is_last = world.now_ms >= end_ms
+        if world.now_ms % _VISIT_MS < step_ms:
+            visits.note(*_positions_um(world))
+        if runs.sees_all or is_last:
+            runs.see()
         if is_last:
             break
         run_to_next(world, end_ms, step_ms)
     frames = world.counts()["frames"] * 60_000 / (end_ms * world.cars)
     return [
         Graded(grade_of(mission, watch.grades()), coverage, words)
-        for watch, coverage, words in zip(watches, visits.shares(), frames.tolist(), strict=True)
+        for watch, coverage, words in zip(runs.end(), visits.shares(), frames.tolist(), strict=True)
     ]
 
 
@@ -90,15 +81,15 @@ def _positions_um(world: World) -> _Positions:
     return x, y
 
 
-def _plain_moments(world: World, positions_um: _Positions, with_touches: bool) -> list[Moment]:
+def _plain_moments(world: World) -> list[Moment]:
     """Moments with positions, in single precision, and touches alone: to read all columns of many worlds takes long."""
-    x_m, y_m = ((each / 1e6).astype(np.float32).tolist() for each in positions_um)
-    touching = world.counts()["touching_ms"].tolist() if with_touches else [0] * world.worlds
+    x_m, y_m = ((places_um / 1e6).astype(np.float32).tolist() for places_um in _positions_um(world))
+    touching_ms = world.counts()["touching_ms"].tolist()
     nothing: Any = {name: () for name in Moment._fields if name not in ("t_ms", "x_m", "y_m", "counts")}
     now_ms = world.now_ms
     return [
         Moment(t_ms=now_ms, x_m=x, y_m=y, counts={"touching_ms": ms}, **nothing)
-        for x, y, ms in zip(x_m, y_m, touching, strict=True)
+        for x, y, ms in zip(x_m, y_m, touching_ms, strict=True)
     ]
 
 

@@ -1,0 +1,330 @@
+"""Goals about what cars do: where they are, how far they drove, which LEDs are on."""
+
+import math
+from abc import abstractmethod
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+from motorcade.car.brain import NO_LED
+from motorcade.config.check import Schema, number, whole
+from motorcade.engine import judging
+from motorcade.engine.moment import Event, Moment
+from motorcade.errors import Phrase
+from motorcade.missions.goal import (
+    AT,
+    CARS,
+    LONGEST_S,
+    WHO,
+    WINDOW,
+    ZONE,
+    AskedGoal,
+    GoalKind,
+    GoalRun,
+    GoalState,
+    Question,
+    at,
+    car_phrase,
+    done_phrase,
+    lamp_name,
+    lost_phrase,
+    metres,
+)
+from motorcade.missions.model import Goal, Mission
+
+# A car that is so far off counts half in the grade of a goal.
+_HALF_M, _HALF_DEG = 0.5, 45.0
+_LED: Schema = {
+    "title": "the number of an LED, or off: none is on",
+    "type": ["integer", "string"],
+    "minimum": 0,
+    "maximum": 3,
+    "pattern": "^off$",
+    "x-allowed": ["mission-led", {}],
+}
+
+
+def _window_ms(goal: Goal, least_ms: int = 0) -> tuple[int, int]:
+    """From when and until when moments count."""
+    from_ms = round(goal.values.get("from_s", 0) * 1000)
+    return max(from_ms, least_ms), round(goal.values.get("until_s", 2 * LONGEST_S) * 1000)
+
+
+def _mean_of_best(near: list[float], needed: int) -> float:
+    """The mean of the cars that came nearest, as many as must meet the goal."""
+    return sum(sorted(near)[-needed:]) / needed
+
+
+class CarsGoal(AskedGoal):
+    """A goal for each of some cars, of which a share must meet it: at the end, at some moment of its own, or always.
+
+    Attributes:
+        half: how far off a car is that counts half in a grade; 0: only cars that meet the goal count.
+    """
+
+    optional = tuple(WINDOW)
+    half: ClassVar[float] = 0.0
+
+    @property
+    def _is_always(self) -> bool:
+        return self.asked.when == judging.ALWAYS
+
+    @abstractmethod
+    def lost(self, off: float) -> tuple[str, dict[str, Any]]:
+        """The key of the sentence for the car that misses it most, and what that says of how far it is off."""
+
+    def nearness(self) -> float:
+        """The mean of the cars that come nearest; for `always` by their first miss."""
+        off = self.off
+        if self._is_always:
+            last_ms = max(self.last_ms, 1)
+            near = [1.0 if far == 0 else self.off_ms(place) / last_ms for place, far in enumerate(off)]
+        else:
+            near = [1.0 if far == 0 else self.half / (self.half + far) for far in off]
+        return _mean_of_best(near, self.needed)
+
+    def state(self, is_over: bool) -> GoalState:
+        is_over = is_over or self.has_ended
+        off = self.off
+        done, count = off.count(0.0), len(off)
+        if done >= self.needed:
+            return self._met(is_over, done, count)
+        # The first of those that are farthest off.
+        place = off.index(max(off))
+        key, details = self.lost(off[place])
+        why = lost_phrase(key, self.cars[place], done, count, **details)
+        cars = (self.cars[place],)
+        if is_over or self._is_always:
+            return GoalState("lost", self.off_ms(place), why, cars)
+        return GoalState("open", None, why, cars)
+
+    def _met(self, is_over: bool, done: int, count: int) -> GoalState:
+        t_ms = self.met_since_ms
+        if self._is_always:
+            t_ms = self.last_ms if is_over else None
+        is_for_good = is_over or self.asked.when == judging.SOME_MOMENT
+        return GoalState("met" if is_for_good else "holds", t_ms, done_phrase(done, count))
+
+
+class _ZoneGoal(CarsGoal):
+    """A goal for the centres of cars."""
+
+    is_reached = True
+    what: ClassVar[int]
+
+    @classmethod
+    def question(cls, goal: Goal, mission: Mission) -> Question:
+        zone = mission.zone(goal.values["zone"])
+        return Question(cls.what, AT[goal.values["at"]], zone=zone, window_ms=_window_ms(goal))
+
+    def lost(self, off: float) -> tuple[str, dict[str, Any]]:
+        zone = self.mission.zone(self.values["zone"])
+        return f"goal-{self.name}-{self.values['at']}-lost", {"metres": off, "zone": zone.title}
+
+
+class InZone(_ZoneGoal):
+    """Cars are in a zone."""
+
+    name = "in-zone"
+    fields: ClassVar = {**CARS, "zone": ZONE, "at": at("end"), **WINDOW}
+    what = judging.INSIDE
+    half = _HALF_M
+
+
+class OutOfZone(_ZoneGoal):
+    """Cars are not in a zone."""
+
+    name = "out-of-zone"
+    fields: ClassVar = {**CARS, "zone": ZONE, "at": at("always"), **WINDOW}
+    what = judging.OUTSIDE
+
+
+class Travelled(AskedGoal):
+    """Cars drive so far, measured between moments."""
+
+    name = "travelled"
+    fields: ClassVar = {**CARS, "least_m": metres("how far at least"), "most_m": metres("how far at most")}
+    optional = ("least_m", "most_m")
+    one_of = ("least_m", "most_m")
+    is_reached = True
+
+    def __init__(self, number: int, run: GoalRun) -> None:
+        super().__init__(number, run)
+        self._least, self._most = self.asked.figures
+
+    @classmethod
+    def question(cls, goal: Goal, mission: Mission) -> Question:
+        figures = goal.values.get("least_m", 0.0), goal.values.get("most_m", math.inf)
+        return Question(judging.TRAVELLED, figures=figures)
+
+    @classmethod
+    def asks(cls, goal: Goal, details: dict[str, Any]) -> Phrase:
+        bounds = [name for name in cls.one_of if name in goal.values]
+        return Phrase(f"goal-{cls.name}-{'-'.join(bounds)}", **details)
+
+    @property
+    def _driven(self) -> list[float]:
+        """How far each car drove, as sentences show it."""
+        return [judging.shown_m(driven) for driven in self.off]
+
+    def see(self, moment: Moment, begun: Sequence[Event]) -> None:
+        too_far = sum(driven > self._most for driven in self._driven)
+        if self.lost_ms is None and len(self.cars) - too_far < self.needed:
+            self.lost_ms = moment.t_ms
+
+    def state(self, is_over: bool) -> GoalState:
+        driven = self._driven
+        count = len(driven)
+        done = sum(self._least <= metres <= self._most for metres in driven)
+        if self.lost_ms is not None or (is_over and done < self.needed):
+            return self._lost(driven)
+        why = Phrase("goal-travelled-so-far", metres=min(driven, default=0.0), done=done, count=count)
+        if done < self.needed:
+            return GoalState("open", None, why)
+        is_final = is_over or self._most == math.inf
+        return GoalState("met" if is_final else "holds", self.met_since_ms, why)
+
+    def _lost(self, driven: list[float]) -> GoalState:
+        """Of cars that drove too far or not far enough the one that is farthest off."""
+        places = range(len(driven))
+        if self.lost_ms is None:
+            place, t_ms = min(places, key=lambda place: (driven[place], place)), self.last_ms
+        else:
+            place, t_ms = max(places, key=lambda place: (driven[place], -place)), self.lost_ms
+        car = self.cars[place]
+        name = Phrase("the-car") if len(driven) == 1 else car_phrase(car)
+        allowed = Phrase("number-range", minimum=self._least, maximum=self._most)
+        if self._most == math.inf:
+            allowed = Phrase("number-from", minimum=self._least)
+        why = Phrase("goal-travelled-lost", car=name, metres=driven[place], allowed=allowed)
+        return GoalState("lost", t_ms, why, (car,))
+
+    def nearness(self) -> float:
+        return _mean_of_best([self._near(driven) for driven in self._driven], self.needed)
+
+    def _near(self, driven: float) -> float:
+        enough = driven / self._least if self._least else 1.0
+        not_too_far = self._most / driven if driven else 1.0
+        return min(enough, not_too_far, 1.0)
+
+
+class Heading(CarsGoal):
+    """Cars face so."""
+
+    name = "heading"
+    fields: ClassVar = {
+        **CARS,
+        "degrees": number(-360, 360, "degrees", title="counter-clockwise from the x axis"),
+        "tolerance_deg": number(1, 180, "degrees", title="how far off it may be", default=15),
+        "at": at("end"),
+        **WINDOW,
+    }
+    is_reached = True
+    half = _HALF_DEG
+
+    @classmethod
+    def question(cls, goal: Goal, mission: Mission) -> Question:
+        figures = goal.values["degrees"], goal.values["tolerance_deg"]
+        return Question(judging.FACES, AT[goal.values["at"]], figures, window_ms=_window_ms(goal))
+
+    def lost(self, off: float) -> tuple[str, dict[str, Any]]:
+        # A car that never had a moment has no number.
+        return f"goal-{self.name}-{self.values['at']}-lost", {"degrees": min(off, 180)}
+
+
+class NotLit(CarsGoal):
+    """Cars never show a lamp."""
+
+    name = "not-lit"
+    fields: ClassVar = {**CARS, "led": whole(0, 3, title="the number of an LED"), **WINDOW}
+
+    @classmethod
+    def question(cls, goal: Goal, mission: Mission) -> Question:
+        return Question(judging.NOT_LIT, judging.ALWAYS, led=goal.values["led"], window_ms=_window_ms(goal))
+
+    def lost(self, off: float) -> tuple[str, dict[str, Any]]:
+        return f"goal-{self.name}-lost", {"led": lamp_name(self.values["led"])}
+
+
+class Lit(CarsGoal):
+    """Cars show a lamp, or none."""
+
+    name = "lit"
+    fields: ClassVar = {**CARS, "led": _LED, "at": at("some-moment"), **WINDOW}
+    is_reached = True
+
+    @classmethod
+    def _key(cls, goal: Goal) -> str:
+        which = "off" if goal.values["led"] == "off" else "on"
+        return f"goal-{cls.name}-{which}-{goal.values['at']}"
+
+    @classmethod
+    def question(cls, goal: Goal, mission: Mission) -> Question:
+        when = AT[goal.values["at"]]
+        led = goal.values["led"]
+        # Before the first tick no LED is on.
+        window_ms = _window_ms(goal, least_ms=1 if when == judging.ALWAYS else 0)
+        return Question(judging.LIT, when, led=NO_LED if led == "off" else led, window_ms=window_ms)
+
+    @classmethod
+    def asks(cls, goal: Goal, details: dict[str, Any]) -> Phrase:
+        return Phrase(cls._key(goal), **details)
+
+    def lost(self, off: float) -> tuple[str, dict[str, Any]]:
+        return f"{self._key(self.goal)}-lost", {"led": lamp_name(self.values["led"])}
+
+
+class Together(GoalKind):
+    """Cars are near to each other: any two of them."""
+
+    name = "together"
+    fields: ClassVar = {"who": WHO, "metres": metres("the distance between any two of them at most"), "at": at("end")}
+    is_reached = True
+
+    def __init__(self, number: int, run: GoalRun) -> None:
+        super().__init__(number, run)
+        self._metres: float = self.values["metres"]
+        self._at = self.values["at"]
+        # How far apart which two cars are, and when: now, or where they were nearest for a goal of some moment.
+        self._apart, self._apart_ms = (math.inf, self.cars[0], self.cars[0]), 0
+
+    def see(self, moment: Moment, begun: Sequence[Event]) -> None:
+        super().see(moment, begun)
+        if self.lost_ms is not None or (self._at == "some-moment" and self.since_ms is not None):
+            return
+        apart = self._farthest(moment)
+        if self._at != "some-moment" or apart[0] <= self._apart[0]:
+            self._apart, self._apart_ms = apart, moment.t_ms
+        is_met = apart[0] <= self._metres
+        self.note(is_met)
+        if self._at == "always" and not is_met:
+            self.lost_ms = moment.t_ms
+
+    def _farthest(self, moment: Moment) -> tuple[float, int, int]:
+        """The two cars that are farthest from each other, and how far."""
+        x, y = moment.x_m, moment.y_m
+        # Only a car that is outermost in one of many directions can be one of the two.
+        outer = set()
+        for step in range(16):
+            cosine, sine = math.cos(step * math.pi / 8), math.sin(step * math.pi / 8)
+            outer.add(max(self.cars, key=lambda car: x[car] * cosine + y[car] * sine))
+        pairs = [(math.dist((x[one], y[one]), (x[other], y[other])), one, other) for one in outer for other in outer]
+        apart_m, one, other = max(pairs, key=lambda pair: (pair[0], -pair[1], -pair[2]))
+        return judging.shown_m(apart_m), one, other
+
+    def state(self, is_over: bool) -> GoalState:
+        apart_m, one, other = self._apart
+        why = Phrase("goal-apart", car=car_phrase(one), other=car_phrase(other), metres=apart_m)
+        if self.since_ms is None:
+            if is_over or self.lost_ms is not None:
+                return GoalState("lost", self._apart_ms, why, (one, other))
+            return GoalState("open", None, why, (one, other))
+        t_ms: int | None = self.since_ms
+        if self._at == "always":
+            t_ms = self.now_ms if is_over else None
+        is_for_good = is_over or self._at == "some-moment"
+        return GoalState("met" if is_for_good else "holds", t_ms, why)
+
+    def nearness(self) -> float:
+        if self._at == "always":
+            return (self.lost_ms or 0) / max(self.now_ms, 1)
+        return self._metres / max(self._apart[0], self._metres)

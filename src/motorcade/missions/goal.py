@@ -1,0 +1,394 @@
+"""What every kind of goal has: the class that a kind derives from, and what it is given.
+
+A kind of goal is one class, in `car_goals`, `event_goals`, `score_goals` or `other_goals`; `kinds` finds them there.
+What belongs to the class says which keys such a goal has in a file, what it asks for in words, and what decides it. An
+object of the class follows one goal during one run: it takes the moments, and says how it stands and how near the run
+came.
+
+What can be asked of one car at a moment (is it in a zone, which lamp does it show) a class leaves to
+`motorcade.engine.judging`: its ``question`` is asked in each moment of each run, and the object reads the answers. All
+else it finds in the moments itself. An object is a pure function of what it was given, so a page that plays a run and
+the command line come to the same result.
+"""
+
+import math
+from abc import ABC, abstractmethod
+from bisect import bisect_right
+from collections.abc import Callable, Sequence
+from itertools import chain
+from typing import Any, ClassVar, Literal, NamedTuple, TypeVar
+
+from motorcade.config.check import Schema, choice, line, whole
+from motorcade.config.check import number as a_number
+from motorcade.engine import judging
+from motorcade.engine.moment import Event, Moment
+from motorcade.errors import Phrase
+from motorcade.mats.model import Mat
+from motorcade.mats.schema import FARTHEST_M, SHORTEST_M
+from motorcade.missions.model import Goal, Mission, Wording, Zone
+from motorcade.words.image import parse_image_bytes
+
+# A run is looked at every so many ms, beginning at 0.
+EVERY_MS = 100
+LONGEST_S = 600
+MOST_GOALS = 30
+GROUPS = ("leader", "followers", "all")
+# When a car must meet a goal.
+AT = {"end": judging.END, "some-moment": judging.SOME_MOMENT, "always": judging.ALWAYS}
+TIMES = tuple(AT)
+# The most that a goal can get that is not met.
+MOST_UNMET = 0.99
+# How it stands with a goal: not yet met, met at present but not for good, met for good, lost for good.
+GoalProgress = Literal["open", "holds", "met", "lost"]
+_Made = TypeVar("_Made")
+
+
+def seconds(title: str, least: float = 0.1) -> Schema:
+    """The schema of a time."""
+    return a_number(least, LONGEST_S, "seconds", title=title)
+
+
+def metres(title: str) -> Schema:
+    """The schema of a length."""
+    return a_number(SHORTEST_M, FARTHEST_M, "metres", title=title)
+
+
+def at(first: str) -> Schema:
+    """The schema of when a car must meet a goal, and its default."""
+    return choice(*TIMES, title="when it must be so; at some-moment each car has a moment of its own", default=first)
+
+
+WHO: Schema = {
+    "title": "which cars: a group, or a list of car numbers",
+    "type": ["string", "array"],
+    "pattern": "^(" + "|".join(GROUPS) + ")$",
+    "items": whole(0, 1 << 20),
+    "minItems": 1,
+    "maxItems": 1000,
+    "uniqueItems": True,
+    "x-allowed": ["mission-who", {"groups": ", ".join(f'"{group}"' for group in GROUPS)}],
+    "default": "all",
+}
+SHARE = a_number(0.01, 1, title="the part of these cars that must", default=1)
+CARS: dict[str, Schema] = {"who": WHO, "share": SHARE}
+ZONE = line(40, title="the name of a zone")
+WINDOW: dict[str, Schema] = {
+    "from_s": seconds("moments before don't count", 0),
+    "until_s": seconds("moments after don't count", 0),
+}
+
+
+class GoalState(NamedTuple):
+    """How it stands with a goal.
+
+    Attributes:
+        progress: see `GoalProgress`.
+        t_ms: when it was met; where it is lost, a moment at which one can see why; None while neither.
+        why: a phrase with numbers.
+        cars: the cars that ``why`` is about, where it is not met.
+    """
+
+    progress: GoalProgress
+    t_ms: int | None
+    why: Phrase
+    cars: tuple[int, ...] = ()
+
+
+class GoalFault(NamedTuple):
+    """What is wrong with a goal in a file: the code of the fault, the key, its value, and what is allowed."""
+
+    code: str
+    key: str | None = None
+    value: str = ""
+    allowed: str = ""
+
+
+class Question(NamedTuple):
+    """What is asked of each of a goal's cars at each moment; see `motorcade.engine.judging`.
+
+    Attributes:
+        what: INSIDE to TRAVELLED.
+        when: END, SOME_MOMENT or ALWAYS.
+        figures: an angle and its tolerance in degrees, or the least and the most length in metres.
+        window_ms: moments before and after don't count.
+    """
+
+    what: int
+    when: int = judging.END
+    figures: tuple[float, float] = (0.0, 0.0)
+    zone: Zone | None = None
+    led: int = 0
+    window_ms: tuple[int, int] = (0, 2 * LONGEST_S * 1000)
+
+    @property
+    def first_off(self) -> float:
+        """How far a car is from meeting it before the first moment; how far it drove."""
+        return 0.0 if self.when == judging.ALWAYS or self.what == judging.TRAVELLED else math.inf
+
+
+class MadeOnce:
+    """Keeps what is made once and used by several goals."""
+
+    def __init__(self) -> None:
+        self._made: dict[str, Any] = {}
+
+    def once(self, key: str, make: Callable[[], _Made]) -> _Made:
+        """Return what is kept under a key; make it where there is nothing yet."""
+        if key not in self._made:
+            self._made[key] = make()
+        made: _Made = self._made[key]
+        return made
+
+
+class Attempt(MadeOnce):
+    """A program that is to do a mission: what all runs of it have in common.
+
+    Attributes:
+        image: the program, parsed.
+        kinds: the class of each goal, by the goal's number.
+        asked: the question of each goal that has one, by the goal's number.
+        questions: these questions as `motorcade.engine.judging` takes them, as lists.
+    """
+
+    def __init__(self, mission: Mission, image: bytes, kinds: Sequence[type["GoalKind"]]) -> None:
+        super().__init__()
+        self.mission = mission
+        self.image = parse_image_bytes(image)
+        self.kinds = kinds
+        self.asked: dict[int, Question] = {}
+        # Of each goal that is asked: its row, and its first place among the answers.
+        self.rows: dict[int, tuple[int, int]] = {}
+        # Where the kernel has arrays there are lists here.
+        rows: Any = []
+        figures: Any = []
+        corners: Any = []
+        cars: Any = []
+        self.questions = judging.Questions(rows, figures, corners, cars)
+        for number, (goal, kind) in enumerate(zip(mission.goals, kinds, strict=True)):
+            question = kind.question(goal, mission)
+            if question is not None:
+                self._ask(number, goal, question)
+
+    def _ask(self, number: int, goal: Goal, question: Question) -> None:
+        lists: Any = self.questions
+        rows, figures, corners, who = lists
+        self.asked[number] = question
+        self.rows[number] = len(rows), len(who)
+        zone = question.zone
+        sides = zone.corners if zone else ()
+        needed = needed_of(goal.values["share"], len(goal.cars))
+        cars_of_it = needed, len(who), len(goal.cars)
+        area = len(corners), len(sides)
+        rows.append([question.what, question.when, *question.window_ms, *cars_of_it, *area, question.led])
+        disc = zone.disc if zone else (0.0, 0.0, 0.0)
+        figures.append([*question.figures, *disc])
+        corners.extend(chain.from_iterable(sides))
+        who.extend(goal.cars)
+
+    def no_answers(self) -> judging.Answers:
+        """Return the answers of one run before its first moment, as lists."""
+        goals = self.mission.goals
+        off: Any = [question.first_off for number, question in self.asked.items() for _ in goals[number].cars]
+        since: Any = [0 if question.when == judging.ALWAYS else -1 for question in self.asked.values()]
+        places = len(off)
+        before = [0.0] * 2 * places
+        rows: list[Any] = [[off + [0.0] * places], [before], [since], [], []]
+        return judging.Answers(*rows)
+
+
+class GoalRun(MadeOnce):
+    """One run of an attempt, for its goals.
+
+    Attributes:
+        answers: to the attempt's questions, as lists of one run.
+        times_ms: the moments so far.
+        goals: what follows each goal, by the goal's number.
+    """
+
+    def __init__(self, attempt: Attempt, times_ms: list[int]) -> None:
+        super().__init__()
+        self.attempt = attempt
+        self.answers = attempt.no_answers()
+        self.times_ms = times_ms
+        self.goals: dict[int, GoalKind] = {}
+
+
+class GoalKind(ABC):
+    """A kind of goal; an object follows one goal during one run.
+
+    Args:
+        number: of the goal in the mission.
+        run: the run.
+
+    Attributes:
+        name: what a file calls it. A class without a name is no kind, but what several have in common.
+        fields: the schema of each of its keys, beside ``kind``, ``star`` and ``text``.
+        optional: which of these may be left out though they have no default.
+        one_of: keys of which at least one must be there; empty for none.
+        decided_by: the run; the program alone; or "others", another goal or other runs.
+        is_reached: whether it can be met at a moment from which on it stays met.
+        sees_all: whether met and grade need each moment; else the last one of the run is enough.
+        reads_positions_alone: of moments; not wheels, headings or LEDs.
+        has_events: whether it needs the beginnings of words.
+        tries_other_seeds: whether `motorcade.missions.check` decides it, by runs on other seeds.
+    """
+
+    name: ClassVar[str]
+    fields: ClassVar[dict[str, Schema]] = {}
+    optional: ClassVar[tuple[str, ...]] = ()
+    one_of: ClassVar[tuple[str, ...]] = ()
+    decided_by: ClassVar[Literal["run", "program", "others"]] = "run"
+    is_reached: ClassVar[bool] = False
+    sees_all: ClassVar[bool] = True
+    reads_positions_alone: ClassVar[bool] = True
+    has_events: ClassVar[bool] = False
+    tries_other_seeds: ClassVar[bool] = False
+
+    def __init__(self, number: int, run: GoalRun) -> None:
+        self.run = run
+        self.mission = run.attempt.mission
+        self.goal = self.mission.goals[number]
+        self.values = self.goal.values
+        self.cars: Sequence[int] = self.goal.cars
+        self.needed = needed_of(self.values.get("share", 1.0), len(self.cars))
+        self.now_ms = 0
+        # Since when it is met, and when it was lost for good.
+        self.since_ms: int | None = None
+        self.lost_ms: int | None = None
+
+    @classmethod
+    def question(cls, goal: Goal, mission: Mission) -> Question | None:
+        """What is asked of its cars at each moment; None where the class looks at moments itself."""
+        return None
+
+    @classmethod
+    def asks(cls, goal: Goal, details: dict[str, Any]) -> Phrase:
+        """What a goal asks for; ``details`` are its values, and ``who``, ``zone`` and ``led`` by name."""
+        when = f"-{goal.values['at']}" if "at" in goal.values else ""
+        return Phrase(f"goal-{cls.name}{when}", **details)
+
+    @classmethod
+    def who(cls, goal: Goal) -> Phrase:
+        """Name the cars of a goal, or how many of them must meet it."""
+        group, count = goal.values["who"], len(goal.cars)
+        if isinstance(group, list):
+            name = Phrase("goal-who-cars" if count > 1 else "goal-who-one-car", cars=", ".join(map(str, group)))
+        elif count > 1:
+            name = Phrase(f"goal-who-{group}", count=count)
+        else:
+            name = Phrase(f"goal-who-one-{group}")
+        needed = needed_of(goal.values.get("share", 1), count)
+        return Phrase("goal-who-some", needed=needed, who=name) if needed < count else name
+
+    @classmethod
+    def fault(cls, goal: Goal, others: Sequence[tuple[Goal, type["GoalKind"]]], mat: Mat) -> GoalFault | None:
+        """What is wrong with a goal beside its keys; ``others`` are all goals of the mission, in order."""
+        return None
+
+    @classmethod
+    def other_runs(cls, document: dict[str, Any]) -> int:
+        """On how many other seeds a goal with these keys makes the program run."""
+        return 0
+
+    @classmethod
+    def compared(cls, goal: Goal, mission: Mission) -> int:
+        """How many sides of zones, and obstacles, a goal compares with cars at a moment."""
+        if "zone" not in goal.values:
+            return 0
+        return len(goal.cars) * max(len(mission.zone(goal.values["zone"]).corners), 1)
+
+    def see(self, moment: Moment, begun: Sequence[Event]) -> None:
+        """Take the next moment, and the events since the one before it in which cars begin words."""
+        self.now_ms = moment.t_ms
+
+    @abstractmethod
+    def state(self, is_over: bool) -> GoalState:
+        """How it stands now; ``is_over``: the run has ended, so nothing stays open."""
+
+    @abstractmethod
+    def nearness(self) -> float:
+        """How near the run came to meeting the goal, 0 to 1. It is asked only of a goal that is not met."""
+
+    def grade(self, is_over: bool) -> float:
+        """1 where the goal is met; else how near the run came to it, 0 to `MOST_UNMET`."""
+        return 1.0 if self.state(is_over).progress == "met" else min(self.nearness(), MOST_UNMET)
+
+    def note(self, is_met: bool) -> None:
+        """Note whether the goal is met at this moment."""
+        if not is_met:
+            self.since_ms = None
+        elif self.since_ms is None:
+            self.since_ms = self.now_ms
+
+
+class AskedGoal(GoalKind):
+    """A goal whose question `motorcade.engine.judging` asks; an object reads the answers of its run."""
+
+    sees_all = False
+
+    def __init__(self, number: int, run: GoalRun) -> None:
+        super().__init__(number, run)
+        self.asked = run.attempt.asked[number]
+        self._row, self._first = run.attempt.rows[number]
+
+    @property
+    def off(self) -> list[float]:
+        """How far each car is from meeting the goal; how far it drove."""
+        return self.run.answers.off[0][self._first : self._first + len(self.cars)]  # type: ignore[no-any-return]
+
+    def off_ms(self, place: int) -> int:
+        """Since when the ``off`` of a car counts."""
+        return int(self.run.answers.off[0][len(self.run.attempt.questions.who) + self._first + place])
+
+    @property
+    def met_since_ms(self) -> int | None:
+        """Since when as many cars as needed meet the goal; None where they don't."""
+        since: int = self.run.answers.since[0][self._row]
+        return since if since >= 0 else None
+
+    @property
+    def last_ms(self) -> int:
+        """The last moment that counts; 0 before it."""
+        from_ms, until_ms = self.asked.window_ms
+        times_ms = self.run.times_ms
+        before = bisect_right(times_ms, until_ms)
+        return times_ms[before - 1] if before and times_ms[before - 1] >= from_ms else 0
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether no later moment counts."""
+        return bool(self.run.times_ms) and self.run.times_ms[-1] > self.asked.window_ms[1]
+
+
+def car_phrase(car: int) -> Phrase:
+    """Name a car."""
+    return Phrase("car-number", number=car)
+
+
+def lost_phrase(key: str, car: int, done: int, count: int, **details: Any) -> Phrase:
+    """Say what one car did; of several cars also how many did what is asked."""
+    if count == 1:
+        return Phrase(key, car=Phrase("the-car"), tally=Phrase("nothing-more"), **details)
+    return Phrase(key, car=car_phrase(car), tally=Phrase(f"{key}-tally", done=done, count=count), **details)
+
+
+def done_phrase(done: int, count: int) -> Phrase:
+    """Say how many cars did what is asked."""
+    return Phrase("goal-done") if done == count == 1 else Phrase("goal-done-by", done=done, count=count)
+
+
+def needed_of(share: float, count: int) -> int:
+    """How many of ``count`` are the ``share``, rounded up."""
+    return math.ceil(share * count - 1e-9)
+
+
+def lamp_name(led: int | str) -> Wording:
+    """Name a lamp as blocks do; "off" has no name."""
+    return Wording.of_page("levels", "light", str(led))
+
+
+def distance_to_zone_m(zone: Zone, x: float, y: float) -> float:
+    """How far a point is from a zone; 0 inside."""
+    if not zone.corners:
+        return judging.to_disc_m(x, y, *zone.disc)
+    return judging.to_outline_m([*chain.from_iterable(zone.corners)], 0, len(zone.corners), x, y)
