@@ -61,8 +61,8 @@ QUICK := tests/words tests/car tests/program tests/config tests/test_architectur
 quick: setup ## lint, types, and the tests of words, cars, programs and driving that need nothing else: in 45 s
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy
-	$(BIN)/python -m pytest --hypothesis-profile few --numprocesses auto --dist loadfile $(QUICK)
+	@# mypy uses one processor.
+	$(BIN)/mypy & $(BIN)/python -m pytest --hypothesis-profile few --numprocesses auto --dist loadfile $(QUICK) && wait $$!
 
 test: setup
 	@# Debian's packages are fetched while the page's own tests run; the tests that need them wait for them.

@@ -43,6 +43,8 @@ MARKERS |= dict.fromkeys(("cameras", "classroom", "cli", "faults", "fleet", "ser
 # Their tests wait for pages, processes and sockets: one that fails runs once more (docs/adr/0042-second-try.md).
 SECOND_TRY = {"browser", "site", "server", "classroom", "upload", "cameras", "cli", "drive", "fleet"}
 
+# What takes longest begins first, so that all processes end together: these folders and files, then all others.
+FIRST = ("faults", "browser", "test_docs.py", "test_wheel.py", "missions", "portable", "arduino", "cli")
 # The most processor time of one test, in seconds: what is over it belongs to `make soak`, or does something twice.
 MOST_CPU_S = 20
 CPU_PROPERTY = "cpu_s"
@@ -50,7 +52,7 @@ BEGAN_AT_CPU_S = pytest.StashKey[float]()
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark each test by its folder, and leave out those that `make soak` and ``-m soak`` run."""
+    """Mark each test by its folder, order them, and leave out those that `make soak` and ``-m soak`` run."""
     for item in items:
         folder = item.path.relative_to(HERE).parts[0]
         if folder in MARKERS:
@@ -65,6 +67,13 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if waiting:
         config.hook.pytest_deselected(items=waiting)
         items[:] = [item for item in items if not item.get_closest_marker("soak")]
+    items.sort(key=_order)
+
+
+def _order(item: pytest.Item) -> int:
+    """Return the place of a test's folder in `FIRST`; sorting keeps the order of the tests of a folder."""
+    folder = item.path.relative_to(HERE).parts[0]
+    return FIRST.index(folder) if folder in FIRST else len(FIRST)
 
 
 @pytest.fixture(scope="session")
@@ -89,8 +98,8 @@ def build_lock() -> FileLock:
 
 
 def pytest_xdist_auto_num_workers() -> int:
-    """The number of processes that run the tests: two more than processors, since some tests wait."""
-    return (os.cpu_count() or 1) + 2
+    """The number of processes that run the tests: three more than processors, since many tests wait."""
+    return (os.cpu_count() or 1) + 3
 
 
 @pytest.hookimpl(wrapper=True)

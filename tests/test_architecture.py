@@ -216,6 +216,16 @@ def test_a_name_of_a_class_means_one_thing():
     assert {name for name, count in Counter(names).items() if count > 1} == SAME_IN_MESSAGES
 
 
+def test_a_name_of_a_double_means_one_thing():
+    """Among all tests; those of MicroPython's own modules have their names."""
+    found = Counter()
+    for file in OTHER_FILES:
+        if file.is_relative_to(ROOT / "tests") and not file.is_relative_to(ROOT / "tests" / "portable" / "simulated"):
+            tree = ast.parse(file.read_text(encoding="utf-8"))
+            found.update(node.name for node in tree.body if isinstance(node, ast.ClassDef))
+    assert {name: count for name, count in found.items() if count > 1} == {}
+
+
 def parameters_of(function):
     arguments = function.args
     names = [each.arg for each in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)]

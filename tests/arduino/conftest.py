@@ -12,12 +12,12 @@ from motorcade.config.pins import load_pins
 from motorcade.config.profile import built_in_profile
 from motorcade.firmware.arduino_library import library_files, library_folder, sketch_files
 from support import arduino_build
-from support.arduino_build import MEGA, UNO, Program, Target
-from support.emulated_chips import World
+from support.arduino_build import MEGA, UNO, ArduinoProgram, Target
+from support.emulated_chips import ChipWorld
 
 HERE = Path(__file__).parent
 PIN_FILES = {UNO: "uno.toml", MEGA: "mega.toml"}
-Compiler = Callable[..., Program]
+Compiler = Callable[..., ArduinoProgram]
 
 
 @pytest.fixture(scope="session")
@@ -36,7 +36,7 @@ def tools(install_lock: FileLock) -> None:
 def compiled(tools: None, build_lock: FileLock) -> Compiler:
     """Compiles a sketch of the library."""
 
-    def compile_sketch(sketch: str, target: Target, files: dict[str, bytes] | None = None) -> Program:
+    def compile_sketch(sketch: str, target: Target, files: dict[str, bytes] | None = None) -> ArduinoProgram:
         with build_lock:
             return arduino_build.compile_sketch(files or library_files(), sketch, target)
 
@@ -44,10 +44,10 @@ def compiled(tools: None, build_lock: FileLock) -> Compiler:
 
 
 @pytest.fixture(scope="session")
-def car_program(compiled: Compiler) -> Callable[..., Program]:
+def car_program(compiled: Compiler) -> Callable[..., ArduinoProgram]:
     """Compiles the ready car for a board, as a leader or a follower."""
 
-    def compile_car(is_leader: bool, target: Target = UNO, extra: dict[str, bytes] | None = None) -> Program:
+    def compile_car(is_leader: bool, target: Target = UNO, extra: dict[str, bytes] | None = None) -> ArduinoProgram:
         pins = load_pins(library_folder() / PIN_FILES[target])
         own = sketch_files(pins, built_in_profile("classroom"), is_leader, number=1)
         return compiled("examples/Car", target, {**library_files(), **own, **(extra or {})})
@@ -65,8 +65,8 @@ def chips_library(tools: None, tmp_path_factory: pytest.TempPathFactory) -> Path
 
 
 @pytest.fixture
-def world(chips_library: Path) -> Iterator[World]:
+def world(chips_library: Path) -> Iterator[ChipWorld]:
     """An empty world of chips."""
-    made = World(chips_library)
+    made = ChipWorld(chips_library)
     yield made
     made.close()

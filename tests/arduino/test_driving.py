@@ -10,7 +10,7 @@ from motorcade.firmware.arduino_library import library_files, library_folder, sk
 from motorcade.words.infrared import FrameReceiver, frame_durations_us, to_frame
 from motorcade.words.packing import words_to_bytes
 from support import arduino_build
-from support.emulated_chips import EDGES, LIGHT, UNO, Chip, World
+from support.emulated_chips import EDGES, LIGHT, UNO, Chip, ChipWorld
 from support.emulated_uploads import held_image, image_of, upload
 from support.strategies import CLASSROOM
 
@@ -69,7 +69,7 @@ LONGEST_TICK_US = 5000
 MOST_RAM_BYTES = 1638
 
 
-def convoy(world: World, program, image: bytes, hears: list[list[int]]) -> list[Chip]:
+def convoy(world: ChipWorld, program, image: bytes, hears: list[list[int]]) -> list[Chip]:
     """A leader, which has just begun ``image``, and followers; ``hears`` has for each car the others that it hears."""
     chips = []
     for index in range(len(hears)):

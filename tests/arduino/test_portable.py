@@ -12,16 +12,14 @@ from hypothesis import strategies as st
 from scripts import debian
 
 from motorcade.boards.on_chip.infrared import InfraredReceiver
-from motorcade.car.board import Board
 from motorcade.car.loop import Car
-from motorcade.config.profile import levels_of
 from motorcade.firmware.arduino_library import library_folder
 from motorcade.words.infrared import frame_durations_us, to_frame
 from motorcade.words.packing import words_to_bytes
 from motorcade.words.request import car_request, check_request
 from motorcade.words.upload import READBACK_REQUEST, ok_line
 from support.emulated_uploads import image_of
-from support.strategies import CLASSROOM
+from support.mock_board import MockBoard
 
 HERE = Path(__file__).parent
 UNIT_US = 560
@@ -87,33 +85,11 @@ class Probe:
         self.library.probe_free(self.probe)
 
 
-class PythonBoard(Board):
-    """The same car in Python: its clock and its serial line are what the test says."""
-
-    levels = levels_of(CLASSROOM)
-    most_words = MOST_WORDS
-    kind = "arduino"
-
-    def __init__(self, is_leader: bool, number: int):
-        self.is_leader, self.number = is_leader, number
-        self.image: bytes | None = None
-        self.at_ms, self.came, self.sent = 0, b"", b""
-
-    def now_ms(self) -> int:
-        return self.at_ms
-
-    def load_image(self) -> bytes | None:
-        return self.image
-
-    def store_image(self, data: bytes) -> None:
-        self.image = data
-
-    def read_serial(self) -> bytes:
-        came, self.came = self.came, b""
-        return came
-
-    def write_serial(self, data: bytes) -> None:
-        self.sent += data
+def car_in_python() -> MockBoard:
+    """The same leader in Python."""
+    board = MockBoard(number=1)
+    board.most_words, board.kind = MOST_WORDS, "arduino"
+    return board
 
 
 PIECES = st.one_of(
@@ -139,18 +115,18 @@ def _checked(image: bytes) -> bytes:
 @given(st.lists(st.tuples(PIECES, st.sampled_from([1, 20, 499, 500, 1000, 11_000])), max_size=8))
 @example([(image_of(125), 600), (READBACK_REQUEST, 600), (image_of(126), 600), (READBACK_REQUEST, 1)])
 def test_the_car_answers_any_bytes_as_the_car_in_python_does(plain, script) -> None:
-    board = PythonBoard(True, 1)
+    board = car_in_python()
     car, probe = Car(board), Probe(plain, is_leader=True)
     car.tick()
     for data, gap_ms in [*script, (b"", 600), (READBACK_REQUEST, 0)]:
-        board.came = data
+        board.coming = data
         plain.probe_come(data, len(data))
         for gone_ms, ticks in ((gap_ms, TICKS), (0, 3)):
             for _ in range(ticks):
                 car.tick()
-            probe.tick(board.at_ms, ticks)
-            board.at_ms += gone_ms
-    assert probe.sent() == board.sent
+            probe.tick(board.clock_ms, ticks)
+            board.clock_ms += gone_ms
+    assert probe.sent() == board.answers
     probe.close()
 
 

@@ -10,7 +10,7 @@ from motorcade.words.packing import words_to_bytes
 from motorcade.words.upload import READBACK_REQUEST
 from motorcade.words.uploader import VERIFIED
 from support import arduino_build, emulated_chips
-from support.emulated_chips import CYCLES_A_MS, EEPROM, RECEIVED, UNO, World
+from support.emulated_chips import CYCLES_A_MS, EEPROM, RECEIVED, UNO, ChipWorld
 from support.emulated_uploads import BAUD, held_image, image_of, run, upload
 from support.faulty_line import Faults
 
@@ -156,7 +156,7 @@ def cut_at(cycle: int, before: bytes, writes: list[tuple[int, int, int]], draw: 
 
 def held_after_boot(library, program, eeprom: bytes) -> bytes:
     """The image of a car that is switched on with this EEPROM."""
-    world = World(library)
+    world = ChipWorld(library)
     car = world.add(UNO, program.elf, program.symbols, eeprom)
     world.run(BOOT_MS)
     car.send(READBACK_REQUEST)

@@ -10,13 +10,13 @@ from motorcade.boards.computer import Equipment
 from motorcade.boards.linux.raspberry_pi import RaspberryPi
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import levels_of
-from support.mock_pi import HEAD, Clock, Line, PiObserver, Sender, Voice
+from support.mock_pi import HEAD, PiClock, PiLine, PiObserver, Sender, Voice
 from support.strategies import CLASSROOM
 
 
 @pytest.fixture
 def clock(monkeypatch):
-    clock = Clock()
+    clock = PiClock()
     monkeypatch.setattr(mock, "monotonic", clock)
     return clock
 
@@ -35,7 +35,7 @@ def car(clock, pins):
     boards = []
 
     def make(text: str, is_leader: bool = False, image: bytes | None = None) -> SimpleNamespace:
-        line, sender, stored, voice = Line(), Sender(clock), [], Voice()
+        line, sender, stored, voice = PiLine(), Sender(clock), [], Voice()
         levels = levels_of(CLASSROOM)
         equipment = Equipment(is_leader, 7, levels, line, image, stored.append, voice, clock_s=clock)
         wired = parse_pins(HEAD + text, "test.toml")

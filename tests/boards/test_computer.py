@@ -21,7 +21,7 @@ from motorcade.boards.lines import WaitingLine
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.config.profile import levels_of
 from motorcade.errors import MotorcadeError
-from support.mock_pi import Clock
+from support.mock_pi import PiClock
 from support.strategies import CLASSROOM
 
 OLD = bytes.fromhex("02000000 64800000 6D000000")
@@ -44,7 +44,7 @@ def board(clock, **more):
 
 
 def test_a_car_with_only_a_clock_keeps_the_contract():
-    clock = Clock()
+    clock = PiClock()
     car = board(clock)
     clock.now_s = 1.0005
     assert car.now_ms() == 1000
@@ -55,7 +55,7 @@ def test_a_car_with_only_a_clock_keeps_the_contract():
 
 
 def test_a_car_waits_before_each_tick():
-    clock, waits = Clock(), []
+    clock, waits = PiClock(), []
 
     def wait(seconds: float) -> None:
         waits.append(seconds)
@@ -66,7 +66,7 @@ def test_a_car_waits_before_each_tick():
     assert max(waits) * 1000 < CLASSROOM.infrared.sense_ms
 
 
-class Port(WaitingLine):
+class ComputerPort(WaitingLine):
     """A line shared with others: how often its car read from it."""
 
     has_come, reads = False, 0
@@ -81,9 +81,9 @@ class Port(WaitingLine):
 
 def test_of_many_cars_those_are_ticked_for_which_something_came(monkeypatch):
     monkeypatch.setattr("motorcade.boards.computer.time", SimpleNamespace(monotonic=lambda: 0.0))
-    ports, turns = [Port(), Port()], iter([False, False, True])
+    ports, turns = [ComputerPort(), ComputerPort()], iter([False, False, True])
     ports[1].has_come = True
-    boards = [ComputerBoard(Equipment(True, 0, levels_of(CLASSROOM), port, None, clock_s=Clock())) for port in ports]
+    boards = [ComputerBoard(Equipment(True, 0, levels_of(CLASSROOM), port, None, clock_s=PiClock())) for port in ports]
     run_many(list(zip(boards, ports, strict=True)), lambda: next(turns))
     assert [port.reads for port in ports] == [0, 1]
 
@@ -91,7 +91,7 @@ def test_of_many_cars_those_are_ticked_for_which_something_came(monkeypatch):
 def test_a_car_whose_wheels_do_not_stop_is_closed_all_the_same():
     done = []
 
-    class Watched(ComputerBoard):
+    class WatchedComputer(ComputerBoard):
         def set_wheels(self, direction: int, speed_level: int) -> None:
             done.append((direction, speed_level))
             raise OSError("a pin is stuck")
@@ -99,7 +99,7 @@ def test_a_car_whose_wheels_do_not_stop_is_closed_all_the_same():
         def close(self) -> None:
             done.append("closed")
 
-    made = Watched(Equipment(True, 0, levels_of(CLASSROOM), WaitingLine(), None, lambda data: None))
+    made = WatchedComputer(Equipment(True, 0, levels_of(CLASSROOM), WaitingLine(), None, lambda data: None))
     with pytest.raises(OSError, match="stuck"):
         run(made, lambda seconds: None, lambda: True)
     assert done == [(0, 0), "closed"]

@@ -14,7 +14,7 @@ from motorcade.car.loop import Car
 from motorcade.config.profile import levels_of
 from motorcade.errors import MotorcadeError
 from motorcade.upload import serial_port
-from support.mock_pi import Clock
+from support.mock_pi import PiClock
 from support.socket_lines import without_pauses
 from support.strategies import CLASSROOM
 from support.waiting import DEADLINE_S, wait_until
@@ -38,7 +38,7 @@ def store(tmp_path):
     return ImageStore(tmp_path / "car" / "store.image")
 
 
-class Rig:
+class LineRig:
     """A simulated car whose loop and clock a test moves, and a client at the other end of its line."""
 
     def __init__(self, store):
@@ -96,7 +96,7 @@ def running_car(store):
 
 
 def test_a_new_image_is_stored_answered_and_run_at_once(store):
-    with closing(Rig(store)) as rig:
+    with closing(LineRig(store)) as rig:
         assert rig.readback(4) == NO_PROGRAM
         assert rig.answer(NEW, len(OK_NEW)) == OK_NEW
         assert store.load() == NEW
@@ -106,7 +106,7 @@ def test_a_new_image_is_stored_answered_and_run_at_once(store):
 
 def test_a_restart_keeps_the_image_and_runs_it(store):
     store.save(OLD)
-    with closing(Rig(store)) as restarted:
+    with closing(LineRig(store)) as restarted:
         assert restarted.readback(len(OLD)) == OLD
         restarted.now_s = 3.5
         restarted.tick()
@@ -118,7 +118,7 @@ def test_a_restart_keeps_the_image_and_runs_it(store):
 def test_an_upload_that_breaks_off_keeps_the_old_image_and_the_car_answers_again(store, cut):
     store.save(OLD)
     refusal = f"ERR cut off after {cut} bytes\n".encode()
-    with closing(Rig(store)) as rig:
+    with closing(LineRig(store)) as rig:
         rig.tick()
         rig.client.write(NEW[:cut])
         rig.line.wait(DEADLINE_S)
@@ -137,7 +137,7 @@ def test_an_image_that_cannot_be_stored_is_refused_and_the_old_one_stays(store, 
 
     store.save(OLD)
     refusal = b"ERR the image could not be stored\n"
-    with closing(Rig(store)) as rig:
+    with closing(LineRig(store)) as rig:
         with monkeypatch.context() as broken:
             broken.setattr(Path, "replace", full)
             assert rig.answer(NEW, len(refusal)) == refusal
@@ -265,7 +265,7 @@ class Port:
 
 
 def test_a_port_that_goes_away_gives_no_bytes_and_is_opened_again():
-    clock, port = Clock(), Port()
+    clock, port = PiClock(), Port()
     clock.now_s = 0.0
     line = SerialLine(port.open, clock)
     port.waiting = b"abc"
@@ -284,7 +284,7 @@ def test_a_port_that_goes_away_gives_no_bytes_and_is_opened_again():
 
 
 def test_a_lost_port_is_tried_once_a_second():
-    clock, port, tries = Clock(), Port(), []
+    clock, port, tries = PiClock(), Port(), []
     clock.now_s = 0.0
 
     def open_port() -> Port:
@@ -302,7 +302,7 @@ def test_a_lost_port_is_tried_once_a_second():
 
 def test_an_answer_that_nobody_reads_does_not_block_the_car():
     port = Port()
-    line = SerialLine(port.open, Clock())
+    line = SerialLine(port.open, PiClock())
     port.is_full = True
     line.write(b"lost")
     port.is_full, port.waiting = False, b"a"
@@ -313,4 +313,4 @@ def test_a_port_that_is_not_there_at_the_start_is_an_error():
     port = Port()
     port.is_there = False
     with pytest.raises(serial.SerialException):
-        SerialLine(port.open, Clock())
+        SerialLine(port.open, PiClock())

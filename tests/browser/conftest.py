@@ -25,7 +25,6 @@ SERVER_ALONE = {
     "a build of its own": ("test_a_third_language_is_one_file",),
     "the page that drives the cars of a world": ("test_the_leader_of_a_swarm_is_driven_while_its_followers_hear_it",),
 }
-
 # So many lines of what a page shows when its test fails, from its top and from its end, where dialogs and notices are.
 TOP_LINES, END_LINES = 25, 15
 
@@ -81,16 +80,18 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
     return report
 
 
-def shells_of(test: str) -> list[str]:
-    """The shells of the studio against which a test runs, by its function's name.
+def shells_of(test: str, module: str) -> list[str]:
+    """The shells of the studio against which a test runs, by the function's name and that of the module that runs it.
 
     `make soak` runs all tests of the page against a server and a site, except those that need what a site hasn't.
-    `make test` runs them against the server; `test_site.py`, `test_offline.py` and `test_same_bits.py` know the site
-    alone.
+    `make test` runs them against the server, and those of `test_journeys_at_site.py` against a site too;
+    `test_site.py`, `test_offline.py` and `test_same_bits.py` know the site alone.
     """
     # Not above: conftest.py imports this file before pytest chooses the profile.
     from support.soak import SOAK
 
+    if module.endswith("test_journeys_at_site"):
+        return ["site"]
     if any(test in tests for tests in SERVER_ALONE.values()):
         return ["server"]
     return ["server", "site"] if SOAK else ["server"]
@@ -99,7 +100,8 @@ def shells_of(test: str) -> list[str]:
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """Run each test of the studio's page against the shells that `shells_of` lists for it."""
     if "shell" in metafunc.fixturenames:
-        metafunc.parametrize("shell", shells_of(metafunc.function.__name__), scope="session")
+        shells = shells_of(metafunc.function.__name__, metafunc.module.__name__)
+        metafunc.parametrize("shell", shells, scope="session")
 
 
 @pytest.fixture(scope="session")

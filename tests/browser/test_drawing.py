@@ -63,7 +63,7 @@ def browser(playwright, chromium_path):
 
 @pytest.fixture(scope="module")
 def profiles(browser):
-    return Profiles(browser)
+    return Profiles(browser, few_pictures=False)
 
 
 def test_a_thousand_followers_fit_on_the_mat(open_page) -> None:

@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import Browser, Page, Playwright, expect
 
 from motorcade.locales import catalogue
-from support.browser_profiles import launched, storing
+from support.browser_profiles import FEW_PICTURES, launched, storing
 from support.running_studio import started_class
 from support.waiting import wait_until
 
@@ -32,6 +32,7 @@ def open_with(browser: Browser) -> Iterator[Callable[[str, str], Page]]:
     def open_with(url: str, script: str) -> Page:
         kept = {"motorcade.settings": '{"toured": true, "level": "words"}', "motorcade.language": "en"}
         contexts.append(browser.new_context(storage_state=storing(url, kept), locale="en"))
+        contexts[-1].add_init_script(FEW_PICTURES)
         page = contexts[-1].new_page()
         # The profile's own storage is filled by a page, too.
         page.add_init_script(script)

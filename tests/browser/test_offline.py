@@ -8,7 +8,7 @@ from playwright.sync_api import Page, expect
 
 from motorcade.browser.site import PAGE, python_zip, site_files, write_site
 from motorcade.locales import catalogue
-from support.browser_profiles import storing
+from support.browser_profiles import FEW_PICTURES, storing
 from support.site_server import SiteServer, serving
 
 PAGE_TEXTS = catalogue("en")["page"]
@@ -58,6 +58,7 @@ def server(folder):
 @pytest.fixture
 def context(browser, server):
     context = browser.new_context(storage_state=storing(server.url, STORED))
+    context.add_init_script(FEW_PICTURES)
     faults: list[str] = []
     context.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)
     context.on("weberror", lambda fault: faults.append(str(fault.error)))

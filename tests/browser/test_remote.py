@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
 from motorcade.locales import catalogue
-from support.browser_profiles import Watched, storing
+from support.browser_profiles import FEW_PICTURES, Watched, storing
 from support.layout import Windows, serious_barriers
 from support.soak import SOAK
 from support.studio_page import DESKTOP, PATIENCE_MS, PHONE, StudioPage
@@ -105,6 +105,7 @@ def open_at(browser: Browser) -> Iterator[Callable[..., Remote]]:
         viewport = {"width": size[0], "height": size[1]}
         context = browser.new_context(viewport=viewport, storage_state=storing(url, kept), **options)
         context.set_default_timeout(PATIENCE_MS)
+        context.add_init_script(FEW_PICTURES)
         opened.append(remote := Remote(context.new_page(), url, language))
         remote.page.goto(url)
         expect(remote.page.get_by_role("status")).not_to_be_empty()

@@ -11,8 +11,8 @@ from scripts.studio_process import project_link
 
 from motorcade.browser.site import site_files, write_site
 from motorcade.locales import catalogue
-from support.browser_profiles import launched, storing
-from support.class_visits import Visit
+from support.browser_profiles import FEW_PICTURES, launched, storing
+from support.class_visits import ClassVisit
 from support.running_studio import started, started_class
 from support.site_server import serving
 from support.studio_programs import EXAMPLE
@@ -42,6 +42,7 @@ def visit(browser: Browser, url: str, prepare: Callable[[BrowserContext], object
     """Open an address in a profile that has seen the tour."""
     kept = {"motorcade.language": "en", "motorcade.settings": '{"toured": true, "level": "words"}'}
     context = browser.new_context(storage_state=storing(url, kept))
+    context.add_init_script(FEW_PICTURES)
     prepare(context)
     page = context.new_page()
     page.goto(url)
@@ -64,7 +65,7 @@ def studio_tab(browser: Browser, folder: Path) -> Iterator[Page]:
 @contextmanager
 def class_tab(browser: Browser, folder: Path) -> Iterator[Page]:
     with started_class(folder) as (_, told):
-        pupil = Visit(browser, elsewhere(told["addresses"][0]))
+        pupil = ClassVisit(browser, elsewhere(told["addresses"][0]))
         pupil.join("Mia", told["code"])
         yield pupil.page
 
@@ -72,7 +73,15 @@ def class_tab(browser: Browser, folder: Path) -> Iterator[Page]:
 SHELLS: dict[str, Callable] = {"site": site_tab, "studio": studio_tab, "class": class_tab}
 
 
-@pytest.fixture(params=SHELLS)
+def in_shells(wanted: str) -> pytest.MarkDecorator:
+    """Run a test in all shells, whose pages share the code that is tested; in those but ``wanted`` by `make soak`."""
+    waiting = {name: [] if name == wanted else [pytest.mark.soak] for name in SHELLS}
+    return pytest.mark.parametrize(
+        "tab", [pytest.param(name, marks=marks) for name, marks in waiting.items()], indirect=True
+    )
+
+
+@pytest.fixture
 def tab(request: pytest.FixtureRequest, http_browser: Browser, page_built: None, tmp_path: Path) -> Iterator[Page]:
     with SHELLS[request.param](http_browser, tmp_path / "kept") as page:
         yield ready(page)
@@ -114,6 +123,7 @@ def duplicate_of(page: Page) -> Page:
     return ready(opened.value)
 
 
+@in_shells("class")
 def test_tabs_keep_their_own_work_without_locks_and_a_closed_ones_is_found_again(tab) -> None:
     assert not tab.evaluate("'locks' in navigator")
     work_on(tab, "First")
@@ -126,6 +136,7 @@ def test_tabs_keep_their_own_work_without_locks_and_a_closed_ones_is_found_again
     expect_work(another_tab(tab.context, tab.url), "Second")
 
 
+@in_shells("site")
 def test_a_duplicated_tab_begins_with_the_same_work_and_keeps_its_own_from_then_on(tab) -> None:
     work_on(tab, "Original")
     copy = duplicate_of(tab)

@@ -13,7 +13,7 @@ from support.mock_clock import mock_clock, pass_time
 from support.waiting import until
 
 
-class Numbered:
+class NumberedCamera:
     """A source whose pictures are numbers."""
 
     def __init__(self, broken=False):
@@ -38,7 +38,7 @@ async def first(count, pictures):
 
 @mock_clock
 async def test_each_picture_is_packed_once_for_all_viewers():
-    source = Numbered()
+    source = NumberedCamera()
     camera = Camera(source, rate_hz=100)
     seen = await asyncio.gather(*(first(5, camera.pictures(1000)) for _ in range(8)))
     assert seen == [seen[0]] * 8
@@ -47,7 +47,7 @@ async def test_each_picture_is_packed_once_for_all_viewers():
 
 @mock_clock
 async def test_a_slow_viewer_gets_the_newest_picture():
-    source = Numbered()
+    source = NumberedCamera()
     camera = Camera(source, rate_hz=500)
     async with aclosing(camera.pictures(1000)) as pictures:
         await anext(pictures)
@@ -58,7 +58,7 @@ async def test_a_slow_viewer_gets_the_newest_picture():
 @mock_clock
 async def test_each_viewer_has_its_own_rate():
     clock = asyncio.get_running_loop().time
-    camera = Camera(Numbered(), rate_hz=500)
+    camera = Camera(NumberedCamera(), rate_hz=500)
     begin_s = clock()
 
     async def duration_s(pictures):
@@ -72,7 +72,7 @@ async def test_each_viewer_has_its_own_rate():
 
 @mock_clock
 async def test_no_picture_is_taken_without_a_viewer():
-    source = Numbered()
+    source = NumberedCamera()
     camera = Camera(source, rate_hz=1000)
     await first(3, camera.pictures(1000))
     taken = source.taken
@@ -86,7 +86,7 @@ async def test_no_picture_is_taken_without_a_viewer():
 
 @mock_clock
 async def test_a_viewer_too_many_is_refused():
-    camera = Camera(Numbered(), rate_hz=100)
+    camera = Camera(NumberedCamera(), rate_hz=100)
     watching = [camera.pictures(1) for _ in range(MOST_VIEWERS)]
     await asyncio.gather(*(anext(each) for each in watching))
     with pytest.raises(MotorcadeError) as refused:
@@ -100,7 +100,7 @@ async def test_a_viewer_too_many_is_refused():
 
 @mock_clock
 async def test_a_camera_that_fails_gives_the_reason_and_later_pictures_again():
-    source = Numbered(broken=True)
+    source = NumberedCamera(broken=True)
     camera = Camera(source, rate_hz=1000, patience_s=1)
     with pytest.raises(MotorcadeError, match="the cable is out"):
         await camera.snapshot()

@@ -6,53 +6,22 @@ import pytest
 
 from motorcade import Program, compile_program, forward, led, left, repeat, together, wait, wander
 from motorcade.car import brain
-from motorcade.car.board import Board
 from motorcade.car.loop import Car
-from motorcade.config.profile import levels_of
-from motorcade.words.receiver import MOST_WORDS
 from motorcade.words.request import NAME, car_request
-from support.strategies import CLASSROOM
+from support.mock_board import MockBoard
 from support.timelines import Moment
 
 DRIVES, TURNS_LEFT, TURNS_RIGHT = (0, 2), (1, 2), (2, 2)
 
 
-class BenchBoard(Board):
-    """A leader's board without sensors; the test sets its clock."""
-
-    is_leader = True
-    levels = levels_of(CLASSROOM)
-
-    def __init__(self, image: bytes, number: int):
-        self.image, self.number = image, number
-        self.clock_ms = 0
-        self.shown: Moment = ((0, 0), 4)
-        self.noted: list[tuple[int, str, int, int | str]] = []
-
-    def now_ms(self) -> int:
-        return self.clock_ms
-
-    def load_image(self) -> bytes:
-        return self.image
-
-    def set_wheels(self, direction: int, speed_level: int) -> None:
-        self.shown = ((direction, speed_level), self.shown[1])
-
-    def set_led(self, which: int) -> None:
-        self.shown = (self.shown[0], which)
-
-    def note(self, kind: str, at_ms: int, word: int, detail: int | str) -> None:
-        self.noted.append((at_ms, kind, word, detail))
-
-
-def drive(image: bytes, tick_ms: int, ticks: int, number: int = 0) -> tuple[list[Moment], BenchBoard]:
+def drive(image: bytes, tick_ms: int, ticks: int, number: int = 0) -> tuple[list[Moment], MockBoard]:
     """What a car does in each tick, and its board at the end."""
-    board = BenchBoard(image, number)
+    board = MockBoard(image, number)
     car, shown = Car(board), []
     for tick in range(ticks):
         board.clock_ms = tick * tick_ms
         car.tick()
-        shown.append(board.shown)
+        shown.append((board.wheels, board.led))
     return shown, board
 
 
@@ -112,85 +81,63 @@ def test_late_ticks_cost_the_leader_no_time(tick_ms: int) -> None:
     assert all(word == compiled.words[-2:][t_ms // 1000 % 2] for t_ms, word in frames)
 
 
-class SlowBoard(BenchBoard):
-    """A slow follower that gets an image while another car sends infrared."""
-
-    is_leader = False
-    words_a_tick = 4
-
-    def __init__(self) -> None:
-        super().__init__(bytes(4), 1)
-        self.coming, self.answers, self.is_busy = compile_program(Program([forward(2)])).image, b"", True
-
-    def read_serial(self) -> bytes:
-        data, self.coming = self.coming, b""
-        return data
-
-    def write_serial(self, data: bytes) -> None:
-        self.answers += data
-
-    def store_image(self, data: bytes) -> None:
-        self.image = data
-
-    def senses_carrier(self) -> bool:
-        return self.is_busy
+def slow_board(is_leader: bool) -> MockBoard:
+    """The board of a slow car that gets an image while another car sends infrared."""
+    board = MockBoard(bytes(4), 1, is_leader=is_leader)
+    board.words_a_tick = 4
+    board.coming, board.carrier = compile_program(Program([forward(2)])).image, True
+    return board
 
 
 @pytest.mark.parametrize(("falls_silent_ms", "stored_ms"), [(200, 300), (5000, 500)])
 def test_an_image_that_waits_for_silence_is_neither_stored_nor_acknowledged(falls_silent_ms, stored_ms) -> None:
     """A cut of power leaves the old one until then."""
-    board = SlowBoard()
+    board = slow_board(is_leader=False)
     car = Car(board)
     for board.clock_ms in range(0, stored_ms - 20, 5):
-        board.is_busy = board.clock_ms < falls_silent_ms
+        board.carrier = board.clock_ms < falls_silent_ms
         car.tick()
     assert (board.image, board.answers) == (bytes(4), b"")
     for board.clock_ms in range(stored_ms - 20, stored_ms + 60, 5):
-        board.is_busy = board.clock_ms < falls_silent_ms
+        board.carrier = board.clock_ms < falls_silent_ms
         car.tick()
     assert board.image == compile_program(Program([forward(2)])).image
     assert board.answers.startswith(b"OK words=2")
 
 
 def test_a_slow_leader_stores_no_image_while_it_sends() -> None:
-    board = SlowBoard()
-    board.is_leader = True
+    board = slow_board(is_leader=True)
     car = Car(board)
     for board.clock_ms in range(0, 300, 5):
-        board.is_busy = board.clock_ms < 200
+        board.carrier = board.clock_ms < 200
         car.tick()
-        assert not board.is_busy or board.image == bytes(4)
+        assert not board.carrier or board.image == bytes(4)
     assert board.image == compile_program(Program([forward(2)])).image
 
 
-class QuickBoard(SlowBoard):
-    """A leader that drives when an image comes, and a name; its store notes whether the wheels turn meanwhile."""
+class NotingBoard(MockBoard):
+    """A leader whose store notes whether the wheels turn meanwhile."""
 
-    is_leader = True
-    words_a_tick = MOST_WORDS
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.image, self.is_busy = compile_program(Program([forward(3)])).image, False
-        self.coming, self.later = b"", self.coming + car_request(NAME, 1, "ada")
+    def __init__(self, image: bytes) -> None:
+        super().__init__(image, 1)
         self.stored: list[tuple[int, int]] = []
 
     def store_image(self, data: bytes) -> None:
-        self.stored.append(self.shown[0])
+        self.stored.append(self.wheels)
 
     def store_name(self, name: str) -> None:
-        self.stored.append(self.shown[0])
+        self.stored.append(self.wheels)
 
 
 def test_the_wheels_stand_while_something_is_stored_and_drive_on_then() -> None:
     """A store on a bad card takes seconds, in which nothing else would stop them."""
-    board = QuickBoard()
+    board = NotingBoard(compile_program(Program([forward(3)])).image)
     car = Car(board)
     for board.clock_ms in (0, 4):
         car.tick()
-    assert board.shown[0] == DRIVES
-    board.coming = board.later
+    assert board.wheels == DRIVES
+    board.coming = compile_program(Program([forward(2)])).image + car_request(NAME, 1, "ada")
     for board.clock_ms in (8, 12):
         car.tick()
     assert board.stored == [(0, 0), (0, 0)]
-    assert board.shown[0] == DRIVES
+    assert board.wheels == DRIVES

@@ -31,7 +31,7 @@ NOISE = st.integers(0, (1 << 32) - 1)
 
 
 @dataclass(frozen=True)
-class Change:
+class SenseChange:
     """The inputs of a car that change at a moment: a frame or a voice now, all others from then on."""
 
     frame: int | None
@@ -43,7 +43,7 @@ class Change:
 
 
 changes = st.builds(
-    Change,
+    SenseChange,
     st.none() | words().map(to_frame) | tagged_frames() | NOISE,
     st.sampled_from([brain.NO_VOICE, brain.NO_VOICE, brain.VOICE_STOP, brain.VOICE_GO]),
     st.integers(0, 1),
@@ -52,19 +52,19 @@ changes = st.builds(
     st.integers(0, 3),
 )
 # The inputs until the first change.
-CALM = Change(None, brain.NO_VOICE, 0, NOTHING_IN_SIGHT_MM, 0, 0)
+CALM = SenseChange(None, brain.NO_VOICE, 0, NOTHING_IN_SIGHT_MM, 0, 0)
 
 
 @dataclass
 class BareCar(RadioCar):
     """A car without a board, for `motorcade.car.step`, and what it did in its last step."""
 
-    inputs: Change = CALM
+    inputs: SenseChange = CALM
     is_new: bool = False
     now_ms: int = 0
     done: list[object] = field(default_factory=list)
 
-    def step(self, now: int, inputs: Change, is_new: bool) -> tuple:
+    def step(self, now: int, inputs: SenseChange, is_new: bool) -> tuple:
         """What it shows from now on, and what it does now."""
         self.now_ms, self.inputs, self.is_new, self.done = now, inputs, is_new, []
         shown = step.act(self, now)
@@ -96,7 +96,7 @@ class BareCar(RadioCar):
     def send_frame(self, frame: int) -> None:
         self.done.append(("sends", frame))
 
-    def rest_ms(self, now: int, inputs: Change) -> int:
+    def rest_ms(self, now: int, inputs: SenseChange) -> int:
         free_ms = next_wakeup.NEVER_MS if inputs.air_is_busy else 0
         if self.image:
             frames_ms = next_wakeup.frames_rest_ms(self.memory, self.image, free_ms, now, self.levels)

@@ -33,7 +33,7 @@ TURNING_LEFT = (0, 255, 34, 255, 0, 34)
 ONE_LIT, TWO_LIT = (0, 255, 0, 0), (0, 0, 255, 0)
 
 
-class Pins:
+class RealPins:
     """The state of a car's pins, from the changes that it wrote to a file."""
 
     def __init__(self, file: Path, process: subprocess.Popen) -> None:
@@ -58,13 +58,13 @@ def wired(tmp_path: Path) -> Path:
 
 
 @contextmanager
-def served(tmp_path: Path, wired: Path, *options: str) -> Iterator[tuple[subprocess.Popen, dict, Pins]]:
+def served(tmp_path: Path, wired: Path, *options: str) -> Iterator[tuple[subprocess.Popen, dict, RealPins]]:
     noted = tmp_path / "pins.txt"
     command = ["--pins", wired, "--port", "0", *options]
     command += ["--store", tmp_path / "car.image", "--upload-tcp", "127.0.0.1:0"]
     program = sys.executable, NOTED, noted
     with started("drive", "serve", "--board", "raspberry-pi", *command, program=program) as (process, told):
-        yield process, told, Pins(noted, process)
+        yield process, told, RealPins(noted, process)
 
 
 def upload(told: dict, image: bytes) -> None:

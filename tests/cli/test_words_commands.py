@@ -114,7 +114,7 @@ def test_a_reader_that_has_enough_gets_no_complaint():
     assert (ran.returncode, ran.stderr) == (0, b"")
 
 
-class Interrupt:
+class InterruptedRead:
     """A finder of modules at which Ctrl-C arrives while the command line is imported."""
 
     def find_spec(self, name, path, target=None):
@@ -125,7 +125,7 @@ class Interrupt:
 def test_ctrl_c_during_the_imports_ends_without_a_traceback(monkeypatch, capsys):
     for name in [name for name in sys.modules if name.startswith("motorcade.cli")]:
         monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setattr(sys, "meta_path", [Interrupt(), *sys.meta_path])
+    monkeypatch.setattr(sys, "meta_path", [InterruptedRead(), *sys.meta_path])
     with pytest.raises(SystemExit) as ended:
         main()
     assert ended.value.code == 130

@@ -46,7 +46,7 @@ STALLS_MS = st.one_of(
 )
 
 
-class Driver:
+class StampedDriver:
     """A client that sends a word each 50 ms, whatever the network does, and the car's end of its connection.
 
     One that ``has_answered`` the car's clock at 0 has sent nothing yet.
@@ -89,7 +89,7 @@ def test_after_any_stall_nothing_old_is_obeyed_and_the_live_driver_is_soon(
     offset_ms, begin_ms, before, stall_ms, apart_ms, rests, delay_ms, shuffled
 ):
     """Old words come in a burst (``apart_ms`` 0) or trickle; some have speed 0; a page's may be out of order."""
-    driver = Driver(offset_ms, begin_ms)
+    driver = StampedDriver(offset_ms, begin_ms)
     for number in range(before):
         assert driver.comes(driver.send(number * PERIOD_MS, number == 0), number * PERIOD_MS + delay_ms)
     begun_ms = before * PERIOD_MS
@@ -135,7 +135,7 @@ def test_a_stall_before_the_first_word_with_a_speed_lets_nothing_old_through(
     offset_ms, begin_ms, before, stall_ms, apart_ms, delay_ms, asks
 ):
     """The car's first clock is held too, or it asks only when the telemetry channel has joined."""
-    driver = Driver(offset_ms, begin_ms, has_answered=False)
+    driver = StampedDriver(offset_ms, begin_ms, has_answered=False)
     held = [driver.send(number * PERIOD_MS, stands=number < before) for number in range(stall_ms // PERIOD_MS)]
     if asks:
         first_clock = driver.clock(0)
@@ -157,7 +157,7 @@ def test_a_stall_before_the_first_word_with_a_speed_lets_nothing_old_through(
 
 @given(stall_ms=STALLS_MS, answered_late_ms=st.integers(1004, 20_000))
 def test_an_answer_that_itself_was_late_lets_nothing_through(stall_ms, answered_late_ms):
-    driver = Driver(77)
+    driver = StampedDriver(77)
     assert driver.comes(driver.send(0, True), 0)
     now_ms = 4004 + stall_ms
     clock = driver.clock(now_ms)
@@ -168,7 +168,7 @@ def test_an_answer_that_itself_was_late_lets_nothing_through(stall_ms, answered_
 
 @given(trip_ms=st.integers(0, 900))
 def test_a_driver_in_a_slow_network_drives_on_after_a_rest(trip_ms):
-    driver = Driver(77, has_answered=False)
+    driver = StampedDriver(77, has_answered=False)
     driver.answer(driver.clock(0), trip_ms // 2, trip_ms)
     assert driver.comes(driver.send(trip_ms, True), trip_ms + trip_ms // 2)
     driver.answer(driver.clock(9000), 9000 + trip_ms // 2, 9000 + trip_ms)
@@ -178,14 +178,14 @@ def test_a_driver_in_a_slow_network_drives_on_after_a_rest(trip_ms):
 
 @given(held_ms=st.integers(STALE_MS + 4, 40_000))
 def test_what_was_sent_behind_an_answer_and_came_late_is_old(held_ms):
-    driver = Driver(77)
+    driver = StampedDriver(77)
     assert driver.comes(driver.send(0, True), 0)
     driver.answer(driver.clock(5000), 5000, 5000)
     assert not driver.comes(driver.send(5000, True), 5000 + held_ms)
 
 
 def test_after_a_rest_a_word_with_a_speed_waits_for_one_with_speed_0():
-    driver = Driver(77)
+    driver = StampedDriver(77)
     assert driver.comes(driver.send(0, False), 0)
     assert driver.clock(4000) is None
     driver.answer(driver.clock(4001), 4001, 4001)

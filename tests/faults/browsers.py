@@ -140,7 +140,7 @@ class Browser:
 
     async def open(
         self, path: str, take: Callable[[dict[str, Any]], None] = lambda message: None, headers: str = ""
-    ) -> "Page":
+    ) -> "SimulatedPage":
         """Open a WebSocket below /api/, or elsewhere with a path that begins with a slash. Raises OSError, EOFError."""
         reader, writer = await self._connect()
         upgrade = f"Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: {_KEY}\r\n"
@@ -150,14 +150,14 @@ class Browser:
         try:
             head = await reader.readuntil(b"\r\n\r\n")
             if b" 101 " in head.split(b"\r\n")[0]:
-                return Page(reader, writer, take, self._seen)
+                return SimulatedPage(reader, writer, take, self._seen)
             length = int(head.lower().partition(b"content-length: ")[2].split(b"\r\n")[0] or 0)
             answer = await reader.readexactly(length)
         except asyncio.IncompleteReadError:
             writer.transport.abort()
             raise EOFError("ended") from None
         writer.transport.abort()
-        return Page(reader, writer, take, self._seen, code_of(answer))
+        return SimulatedPage(reader, writer, take, self._seen, code_of(answer))
 
 
 def code_of(answer: bytes) -> str:
@@ -189,7 +189,7 @@ class LateBody:
         return outcome, self._browser._decoded(data)
 
 
-class Page:
+class SimulatedPage:
     """A WebSocket of a page.
 
     Attributes:
@@ -214,7 +214,7 @@ class Page:
         self.has_ended = bool(refused)
         self._reading: asyncio.Task[None] | None = None
 
-    def follow(self) -> "Page":
+    def follow(self) -> "SimulatedPage":
         """Read beside the present task until it ends."""
 
         async def follow() -> None:

@@ -13,7 +13,7 @@ import uvicorn
 from tests.faults.disk import Disk, DiskPath
 from tests.faults.loop import SimulatedLoop, check_connections, watch_memory
 from tests.faults.network import Network, Socket
-from tests.faults.pupils import PASSWORD, PupilMember, Stranger, TeacherMember
+from tests.faults.pupils import PASSWORD, ClassStranger, PupilMember, TeacherMember
 from tests.faults.system import Replaced, in_threads, on_disk, replaced
 from tests.faults.world import Faults, Lock, Process, World
 
@@ -194,7 +194,7 @@ class Class(ClassComputer):
         self.has_checked: set[int] = set()
         self.teacher = TeacherMember(self)
         self.pupils = [PupilMember(self, number) for number in range(4)]
-        self.strangers = [Stranger(self, f"stranger {number}") for number in range(2) if random.random() < 0.15]
+        self.strangers = [ClassStranger(self, f"stranger {number}") for number in range(2) if random.random() < 0.15]
         for member in (self.teacher, *self.pupils, *self.strangers):
             self.network.link(member.name, random.choice((0.002, 0.01)), random.choice((0.0, 0.01)))
 

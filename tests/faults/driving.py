@@ -44,11 +44,11 @@ def rescue() -> None:
     if world().now_s < _pins.held_until_s:
         raise OSError("the pins are held")
     _pins.neutral("guard")
-    for name in Board.switches:
+    for name in FailingBoard.switches:
         _pins.switch(name, False)
 
 
-class Board(DriveBoard):
+class FailingBoard(DriveBoard):
     """The hardware of the car: it may fail, and hang."""
 
     switches = ("head_light", "horn")
@@ -145,7 +145,7 @@ class Driving:
 
         async def serve() -> None:
             try:
-                control = CarControl(Board(self.pins), lambda: to_ticks(loop.time()), PROFILE)
+                control = CarControl(FailingBoard(self.pins), lambda: to_ticks(loop.time()), PROFILE)
             except OSError:
                 # The server says that it can't stop the wheels, and ends.
                 process.end()

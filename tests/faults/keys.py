@@ -90,7 +90,7 @@ def keys() -> Keys:
         return Keys(server_context(own / "car-ada.pem"), drivers | strangers, numbers)
 
 
-class Board(DriveBoard):
+class CountingBoard(DriveBoard):
     """Hardware that notes what it is told."""
 
     switches = ("horn",)
@@ -122,7 +122,7 @@ class KeyedCar:
         self.network.link("people", 0.01)
         self.slow = self.network.link("10.0.9.9", 0.08)
         self.car: Process | None = None
-        self.board = Board()
+        self.board = CountingBoard()
         self.control: CarControl | None = None
         self.revoked: set[str] = set()
         # Whether the list is as it was written.
@@ -137,7 +137,7 @@ class KeyedCar:
         """Start the car's server."""
         process = self.car = Process(self.world, "car", 0.001)
         loop = SimulatedLoop(process, self.network)
-        self.board = board = Board()
+        self.board = board = CountingBoard()
 
         async def serve() -> None:
             control = self.control = CarControl(board, lambda: to_ticks(loop.time()), PROFILE)

@@ -20,7 +20,7 @@ from tests.faults import (
     lesson_times,
     lesson_work,
 )
-from tests.faults.browsers import DONE, Browser, Page
+from tests.faults.browsers import DONE, Browser, SimulatedPage
 from tests.faults.class_room import ClassComputer
 from tests.faults.loop import SimulatedLoop, watch_memory
 from tests.faults.pupils import PASSWORD
@@ -71,8 +71,8 @@ class Pupil:
         self.stars: dict[str, list[int]] = {}
         self.gifts_s: list[float] = []
         self.imported = False
-        self.page: Page | None = None
-        self.pages: list[Page] = []
+        self.page: SimulatedPage | None = None
+        self.pages: list[SimulatedPage] = []
         # Since when no page is connected.
         self.left_s = 0.0
 
@@ -86,7 +86,7 @@ class Pupil:
         self.news = [*self.news, (self.told, kind, name, sender)][-20:]
 
 
-class Pair:
+class LessonPair:
     """Two pupils who program one project, as the model knows them."""
 
     def __init__(self, number: int, name: str, who: Pupil, to: Pupil) -> None:
@@ -114,7 +114,7 @@ class Lesson(ClassComputer):
         self.signed_in = [self.teacher]
         self.pupils: list[Pupil] = []
         self.out: list[Pupil] = []
-        self.pairs: list[Pair] = []
+        self.pairs: list[LessonPair] = []
         self.paired = self.joined = 0
         self.title, self.is_open, self.stuck_minutes = "", True, 5
         self.missions: list[dict[str, Any]] = []
@@ -124,7 +124,7 @@ class Lesson(ClassComputer):
         self.mat = "closed"
         self.mat_entries: list[Pupil] = []
         self.mat_places = 0
-        self.teachers_page: Page | None = None
+        self.teachers_page: SimulatedPage | None = None
         self.library: dict[str, list[str]] = {}
         # When an address, and somebody of a likeness, has tried.
         self.tries_s: dict[str, list[float]] = {}
@@ -241,7 +241,7 @@ class Lesson(ClassComputer):
         if self.teachers_page:
             self._compare("the teacher", self.teachers_page, "class", self._teachers_view())
 
-    def _compare(self, who: str, page: Page, kind: str, wanted: dict[str, Any]) -> None:
+    def _compare(self, who: str, page: SimulatedPage, kind: str, wanted: dict[str, Any]) -> None:
         self.world.keep("page-stays", not page.has_ended, f"{who}'s page has ended: {page.messages[-1:]}")
         shown = page.newest(kind) or {}
         other = {key: (shown.get(key), value) for key, value in wanted.items() if shown.get(key) != value}
@@ -261,13 +261,13 @@ class Lesson(ClassComputer):
             "pair": self._pair_view(pupil),
         }
 
-    def pair_of(self, pupil: Pupil) -> Pair | None:
+    def pair_of(self, pupil: Pupil) -> LessonPair | None:
         """The pair that a pupil is in, or is asked to come into."""
         return next((pair for pair in self.pairs if pupil in pair.members), None)
 
-    def new_pair(self, name: str, who: Pupil, to: Pupil) -> Pair:
+    def new_pair(self, name: str, who: Pupil, to: Pupil) -> LessonPair:
         """Begin a pair."""
-        return Pair(self.paired, name, who, to)
+        return LessonPair(self.paired, name, who, to)
 
     def is_away(self, pupil: Pupil) -> bool:
         return not pupil.pages and self.world.now_s - pupil.left_s >= 20.0
@@ -289,7 +289,7 @@ class Lesson(ClassComputer):
             "conducted": pair.conducted,
         }
 
-    def _partner_away(self, pupil: Pupil, pair: Pair, other: Pupil | None) -> bool:
+    def _partner_away(self, pupil: Pupil, pair: LessonPair, other: Pupil | None) -> bool:
         if other is None or other not in pair.joined or other.pages:
             return False
         away_s = self.world.now_s - other.left_s

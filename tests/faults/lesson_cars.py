@@ -4,8 +4,8 @@ import asyncio
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-from tests.faults.browsers import DONE, Browser, Page
-from tests.faults.keys import PROFILE, Board
+from tests.faults.browsers import DONE, Browser, SimulatedPage
+from tests.faults.keys import PROFILE, CountingBoard
 from tests.faults.lesson_doors import MISSION
 from tests.faults.lesson_work import IMAGE
 from tests.faults.loop import SimulatedLoop
@@ -44,7 +44,7 @@ def start_car(run: "Lesson") -> None:
     """Start the drive server of the class's car."""
     process = Process(run.world, "car", 0.001)
     loop = SimulatedLoop(process, run.network)
-    run.board = Board()
+    run.board = CountingBoard()
 
     async def serve() -> None:
         control = run.control = CarControl(run.board, lambda: to_ticks(loop.time()), PROFILE)
@@ -55,10 +55,10 @@ def start_car(run: "Lesson") -> None:
     loop.run(serve)
 
 
-class RemotePage:
+class LessonRemotePage:
     """A page that drives the car."""
 
-    def __init__(self, run: "Lesson", page: Page) -> None:
+    def __init__(self, run: "Lesson", page: SimulatedPage) -> None:
         self._run, self.page = run, page
         self._number = 0
         page.send({"do": "join", "car": CAR})
@@ -79,11 +79,11 @@ class RemotePage:
             await asyncio.sleep(_PERIOD_S)
 
 
-async def opened(run: "Lesson", browser: Browser, name: str = "Mia") -> RemotePage:
+async def opened(run: "Lesson", browser: Browser, name: str = "Mia") -> LessonRemotePage:
     """A page of the remote."""
     page = (await browser.open(f"/drive/ws?name={name}")).follow()
     run.world.keep("as-asked", not page.refused, f"the remote is refused: {page.refused}")
-    return RemotePage(run, page)
+    return LessonRemotePage(run, page)
 
 
 def may_drive(run: "Lesson", pupil: "Pupil") -> bool:
@@ -127,7 +127,7 @@ async def drive(run: "Lesson") -> None:
     run.world.keep("gone-stops", run.board.speed == 0, "the car drives without a page")
 
 
-async def _take_away(run: "Lesson", pupil: "Pupil", remote: RemotePage) -> None:
+async def _take_away(run: "Lesson", pupil: "Pupil", remote: LessonRemotePage) -> None:
     """Whoever may drive no more stands still, though the stick is held."""
     from tests.faults import lesson_teacher
 
@@ -246,7 +246,7 @@ async def play(run: "Lesson") -> None:
     page.close()
 
 
-async def _draw(page: Page) -> None:
+async def _draw(page: SimulatedPage) -> None:
     """Tell the server that each picture is drawn."""
     drawn = 0
     while True:
@@ -256,7 +256,7 @@ async def _draw(page: Page) -> None:
         await asyncio.sleep(0.05)
 
 
-async def _freeze_world(run: "Lesson", page: Page) -> None:
+async def _freeze_world(run: "Lesson", page: SimulatedPage) -> None:
     if run.random.random() < 0.4:
         await run.expect("as-asked", run.teacher, "teacher/freeze", DONE, frozen=True)
         await asyncio.sleep(0.4)

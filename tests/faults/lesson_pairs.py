@@ -9,7 +9,7 @@ from tests.faults.lesson_work import GIFTS, GIFTS_S, free_name, work
 from motorcade.classroom.folder import RECORD
 
 if TYPE_CHECKING:
-    from tests.faults.lesson import Lesson, Pair, Pupil
+    from tests.faults.lesson import Lesson, LessonPair, Pupil
 
 # A pair's name is up to its pupils, also one that no file can have.
 PAIR_NAMES = ("Parade", "a/b", "..", "x" * 100, "a\nb")
@@ -57,7 +57,7 @@ async def paired_now(run: "Lesson") -> int:
     return int(json.loads(run.disk.find(run.folder / RECORD).data)["paired"])
 
 
-def joined_pair(run: "Lesson", pupil: "Pupil") -> "Pair | None":
+def joined_pair(run: "Lesson", pupil: "Pupil") -> "LessonPair | None":
     pair = run.pair_of(pupil)
     return pair if pair and pupil in pair.joined else None
 
@@ -184,7 +184,7 @@ async def leave_pair(run: "Lesson") -> None:
         drop_member(run, pair, who)
 
 
-def drop_member(run: "Lesson", pair: "Pair", who: "Pupil") -> None:
+def drop_member(run: "Lesson", pair: "LessonPair", who: "Pupil") -> None:
     """A pupil is no longer in a pair."""
     pair.members.remove(who)
     pair.joined = [each for each in pair.joined if each is not who]

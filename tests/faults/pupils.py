@@ -295,7 +295,7 @@ class TeacherMember(Member):
         await (self.ask(request, frozen=False) if field == "frozen" else self.ask("teacher/release-all"))
 
 
-class Stranger(Member):
+class ClassStranger(Member):
     """Somebody in the network with no code: opens connections, guesses, sends nonsense."""
 
     async def live(self) -> None:

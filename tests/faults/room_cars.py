@@ -200,7 +200,7 @@ def multicast(places: Sequence[tuple[str, str, int, str]], random: Random) -> di
     """`zeroconf`, as far as cars are found by it: it tells what ``places`` has: names, hosts, ports, kinds."""
     announced = {name: place for name, *place in places}
 
-    class Network:
+    class CarNetwork:
         zeroconf = None
 
         def __init__(self, interfaces: object) -> None:
@@ -209,7 +209,7 @@ def multicast(places: Sequence[tuple[str, str, int, str]], random: Random) -> di
         async def async_close(self) -> None:
             pass
 
-    class Browser:
+    class NetworkBrowser:
         def __init__(self, network: object, service: str, handlers: list[Callable[..., None]]) -> None:
             for name in announced:
                 asyncio.get_running_loop().call_later(random.uniform(0.01, 2.0), _tell, handlers[0], name)
@@ -234,7 +234,11 @@ def multicast(places: Sequence[tuple[str, str, int, str]], random: Random) -> di
 
     outer, inner = ModuleType("zeroconf"), ModuleType("zeroconf.asyncio")
     outer.InterfaceChoice = SimpleNamespace(All=0)  # type: ignore[attr-defined]
-    names: dict[str, Any] = {"AsyncServiceBrowser": Browser, "AsyncServiceInfo": Info, "AsyncZeroconf": Network}
+    names: dict[str, Any] = {
+        "AsyncServiceBrowser": NetworkBrowser,
+        "AsyncServiceInfo": Info,
+        "AsyncZeroconf": CarNetwork,
+    }
     for name, value in names.items():
         setattr(inner, name, value)
     return {"zeroconf": outer, "zeroconf.asyncio": inner}

@@ -125,7 +125,7 @@ def record(label, port, hosts, kind):
     )
 
 
-class Stranger:
+class FleetStranger:
     """Whoever sends what they like to the group of multicast DNS."""
 
     def __init__(self):
@@ -146,7 +146,7 @@ class Stranger:
 
 @pytest.mark.parametrize("before", ["nothing", "class", "renewed", "another host", "goodbye"])
 def test_a_car_is_found_by_multicast_dns_whatever_a_stranger_sends_in_its_name(before):
-    with simulated_cars(1) as (car,), Stranger() as network, Stranger() as stranger:
+    with simulated_cars(1) as (car,), FleetStranger() as network, FleetStranger() as stranger:
         port = int(car.address.rpartition(":")[2])
         own = record("ada", port, [HOST], CAR)
         lies = {

@@ -69,8 +69,7 @@ from support.recorded_run import record, world
 from support.soak import SOAK
 from support.socketless_car import SocketlessCar, ask, command, receive
 from support.strategies import tagged_frames
-from support.upload_ends import NO_PROGRAM, events_of, images
-from support.upload_ends import Car as ReceivingCar
+from support.upload_ends import NO_PROGRAM, ReceivingCar, events_of, images
 
 PROFILE = built_in_profile("classroom")
 LEVELS = levels_of(PROFILE)

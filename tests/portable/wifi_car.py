@@ -25,7 +25,7 @@ from motorcade.car.loop import Car
 DRIVES = b"\x02\0\0\0\x64\x80\0\0\x6d\0\0\0"
 
 
-class Cable:
+class ChipCable:
     """A cable at which nobody is."""
 
     def read(self):
@@ -35,14 +35,14 @@ class Cable:
         pass
 
 
-class Station:
+class ChipStation:
     """A network that hasn't come yet, so the car isn't announced."""
 
     def isconnected(self):
         return False
 
 
-class Clock:
+class ChipClock:
     """MicroPython's module time, where CPython lacks it."""
 
     def ticks_ms(self):
@@ -64,7 +64,7 @@ class ChipBoard(Board):
         return self.line.sender
 
     def now_ms(self):
-        return Clock().ticks_ms()
+        return ChipClock().ticks_ms()
 
     def load_image(self):
         return self.image
@@ -95,8 +95,8 @@ class ChipBoard(Board):
 
 
 def main(port, keys, levels):
-    announcer = Announcer(Station(), socket, Clock(), "0000002a")
-    line = SecureLine(Keys(tls, keys), Cable(), socket, select, Clock(), announcer, port)
+    announcer = Announcer(ChipStation(), socket, ChipClock(), "0000002a")
+    line = SecureLine(Keys(tls, keys), ChipCable(), socket, select, ChipClock(), announcer, port)
     car = Car(ChipBoard(line, tuple(levels)))
     poll = select.poll()
     poll.register(sys.stdin, select.POLLIN | select.POLLHUP)

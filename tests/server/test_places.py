@@ -110,7 +110,7 @@ def test_the_libraries_below_are_of_versions_that_were_tried(name):
         assert {part.operator for part in each.specifier} == {">=", "<"}
 
 
-class Line(asyncio.Transport):
+class PlaceLine(asyncio.Transport):
     """A connection whose other end takes so many bytes a second of what is written."""
 
     def __init__(self, bytes_a_second):
@@ -135,7 +135,7 @@ class Line(asyncio.Transport):
 async def test_a_reader_who_goes_on_is_not_cut_and_one_who_does_not_is():
     cut = []
     for rate in (100, 0):
-        line = Line(rate)
+        line = PlaceLine(rate)
         connection = running.PageConnection(lambda state: asyncio.Protocol(), lambda: None)
         connection.connection_made(line)
 

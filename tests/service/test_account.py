@@ -53,7 +53,7 @@ class Truth:
 
 
 @dataclass
-class Witness:
+class AccountWitness:
     """The plain world, step by step, and what it showed at each moment that the service stores."""
 
     case: Case
@@ -116,7 +116,7 @@ class Witness:
 class Look:
     """Compares all that the page says with a witness."""
 
-    def __init__(self, on_page: WorldOnPage, witness: Witness, language: str, level: str) -> None:
+    def __init__(self, on_page: WorldOnPage, witness: AccountWitness, language: str, level: str) -> None:
         self.on_page, self.witness, self.language = on_page, witness, language
         # At the level Start nothing is said of lost messages.
         self.silent = {"lost"} if level == "start" else set()
@@ -262,7 +262,7 @@ def test_all_that_the_page_says_is_true_at_each_moment(
     session = WorldSession("any", make_world=lambda _: pytest.fail("no world is requested"))
     for each in (case, other):
         driven = DrivenCars()
-        on_page, witness = begun(each, session, page, driven), Witness(each, each.seed)
+        on_page, witness = begun(each, session, page, driven), AccountWitness(each, each.seed)
         look = Look(on_page, witness, language, level)
         look.watch(data.draw(st.integers(0, len(each.mat.starts) - 1)))
         look.compare(witness.stored[0], 0)
@@ -293,7 +293,7 @@ def test_cars_that_something_stops_do_not_drive(page: PageAccount) -> None:
     mat = Mat("Walls", Starts.of(poses, [True, False, False]), 20, (1.5, 1.0), walled=True)
     case = Case(mat, [program.image], built_in_profile("classroom"), 1)
     session = WorldSession("any", make_world=lambda _: pytest.fail("no world is requested"))
-    on_page, witness = begun(case, session, page, DrivenCars()), Witness(case, 1)
+    on_page, witness = begun(case, session, page, DrivenCars()), AccountWitness(case, 1)
     look = Look(on_page, witness, "en", "start")
     look.watch(0)
     told = []
@@ -321,7 +321,9 @@ def changes(cars: int) -> st.SearchStrategy[tuple[Any, ...] | None]:
     )
 
 
-def changed(change: tuple[Any, ...] | None, on_page: WorldOnPage, witness: Witness, driven: DrivenCars) -> Witness:
+def changed(
+    change: tuple[Any, ...] | None, on_page: WorldOnPage, witness: AccountWitness, driven: DrivenCars
+) -> AccountWitness:
     """Change the world on the page, and that of its witness; return the next witness."""
     match change:
         case ("move", car, x_mm, y_mm):
@@ -338,7 +340,7 @@ def changed(change: tuple[Any, ...] | None, on_page: WorldOnPage, witness: Witne
                 witness.plain.drive(car, *setpoint)
         case ("reset", seed):
             on_page.send(Reset(seed))
-            anew = Witness(replace(witness.case, seed=seed), seed)
+            anew = AccountWitness(replace(witness.case, seed=seed), seed)
             anew.plain.driven = dict(witness.plain.driven)
             return anew
     return witness

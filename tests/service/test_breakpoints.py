@@ -35,7 +35,7 @@ MAT = {
 }
 
 
-class Page(SessionPage):
+class PlayingPage(SessionPage):
     """Plays a world as time passes."""
 
     def __init__(self, make_world):
@@ -57,12 +57,12 @@ class Page(SessionPage):
 
 @pytest.fixture
 def page():
-    return Page(server_world)
+    return PlayingPage(server_world)
 
 
 @pytest.mark.parametrize("make_world", [server_world, site_world])
 def test_a_car_that_touches_a_wall_stops_the_world_at_once_and_once_only(make_world):
-    page = Page(make_world)
+    page = PlayingPage(make_world)
     page.stop_when(kind="touch", thing="wall", number=0)
     stopped = page.play()
     assert (stopped.car, stopped.others, stopped.condition) == (0, [], 0)

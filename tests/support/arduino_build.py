@@ -29,7 +29,7 @@ UNO = Target("atmega328p", "standard", "AVR_UNO")
 MEGA = Target("atmega2560", "mega", "AVR_MEGA2560")
 
 
-class Program(NamedTuple):
+class ArduinoProgram(NamedTuple):
     """A compiled sketch: its ELF, its symbols' addresses, and the bytes of flash and of static RAM that it takes."""
 
     elf: Path
@@ -38,7 +38,7 @@ class Program(NamedTuple):
     ram_bytes: int
 
 
-def compile_sketch(files: dict[str, bytes], sketch: str, target: Target) -> Program:
+def compile_sketch(files: dict[str, bytes], sketch: str, target: Target) -> ArduinoProgram:
     """Compile a sketch with the library.
 
     The result is kept in the folder of temporary files, under the hash of all that it was made from.
@@ -62,7 +62,7 @@ def compile_sketch(files: dict[str, bytes], sketch: str, target: Target) -> Prog
         # avr-gcc puts RAM at 0x800000.
         symbols[name] = int(address, 16) & 0xFFFF if kind in "bBdDA" else int(address, 16)
     data = sizes.get(".data", 0)
-    return Program(elf, symbols, sizes[".text"] + data, data + sizes.get(".bss", 0) + sizes.get(".noinit", 0))
+    return ArduinoProgram(elf, symbols, sizes[".text"] + data, data + sizes.get(".bss", 0) + sizes.get(".noinit", 0))
 
 
 def _compile(files: dict[str, bytes], sketch: str, target: Target, folder: Path) -> None:

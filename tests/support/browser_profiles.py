@@ -26,6 +26,22 @@ LOCAL = "--disable-features=LocalNetworkAccessChecks"
 # A test opens a page for seconds: what the compiler's optimiser costs, a fifth of an opening, never comes back.
 UNOPTIMISED = "--js-flags=--no-maglev --no-opt"
 
+# A page draws 15 pictures a second in place of 60: without a graphics processor they would be a third of its work, and
+# only tests of drawing look at so many.
+FEW_PICTURES = """(() => {
+    const ask = requestAnimationFrame, waiting = new Map()
+    let last = 0
+    window.requestAnimationFrame = (draw) => {
+        const id = ++last
+        waiting.set(id, setTimeout(() => ask((now) => waiting.delete(id) && draw(now)), 50))
+        return id
+    }
+    window.cancelAnimationFrame = (id) => {
+        clearTimeout(waiting.get(id))
+        waiting.delete(id)
+    }
+})()"""
+
 
 @contextmanager
 def launched(playwright: Playwright, path: Path, *options: str) -> Iterator[Browser]:
@@ -36,10 +52,16 @@ def launched(playwright: Playwright, path: Path, *options: str) -> Iterator[Brow
 
 
 class Profiles:
-    """Profiles of one browser; a visit gets one without traces of the visits before, except for cached files."""
+    """Profiles of one browser; a visit gets one without traces of the visits before, except for cached files.
 
-    def __init__(self, browser: Browser) -> None:
+    Args:
+        browser: whose profiles they are.
+        few_pictures: let pages draw 15 pictures a second in place of 60.
+    """
+
+    def __init__(self, browser: Browser, *, few_pictures: bool = True) -> None:
         self._browser = browser
+        self._few_pictures = few_pictures
         self._free: dict[str, list[BrowserContext]] = {}
         self._kinds: dict[BrowserContext, str] = {}
 
@@ -50,6 +72,8 @@ class Profiles:
             free[-1].set_storage_state(storage_state)
             return free.pop()
         context = self._browser.new_context(storage_state=storage_state, viewport=viewport, **options)
+        if self._few_pictures:
+            context.add_init_script(FEW_PICTURES)
         self._kinds[context] = kind
         return context
 

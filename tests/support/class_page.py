@@ -11,7 +11,7 @@ from motorcade.classroom.app import make_class_app
 from motorcade.classroom.folder import ClassFolder
 from motorcade.classroom.network import Network
 from motorcade.classroom.running import ClassServerSettings
-from support.world_page import Page
+from support.world_page import WorldPage
 
 HERE = "http://192.168.1.5:7710"
 FIRST_KEY, PASSWORD = "a-first-key", "correct horse"
@@ -23,7 +23,7 @@ def no_room(path, data):
     raise OSError(errno.ENOSPC, "No space left on device")
 
 
-class Browser:
+class ClassBrowser:
     """A browser in the room, with cookies of its own, at the server of a class."""
 
     def __init__(self, client, address):
@@ -42,7 +42,7 @@ class Browser:
     def open(self, path):
         """A WebSocket."""
         with self.client.websocket_connect(f"ws{HERE.removeprefix('http')}/api/{path}") as socket:
-            yield Page(socket)
+            yield WorldPage(socket)
 
     def save(self, name, **changes):
         """The number of the version that was saved."""
@@ -52,7 +52,7 @@ class Browser:
         return sorted(each["name"] for each in self.ask("projects/list"))
 
 
-class Room:
+class PagedRoom:
     """A class: its teacher, and pupils who join."""
 
     def __init__(self, client):
@@ -62,7 +62,7 @@ class Room:
 
     def browser(self, address=None):
         self._addresses += 1
-        return Browser(self._client, address or f"192.168.1.{self._addresses}")
+        return ClassBrowser(self._client, address or f"192.168.1.{self._addresses}")
 
     def sign_in(self):
         assert self.teacher.ask("teacher/first-password", key=FIRST_KEY, password=PASSWORD) == {}
@@ -88,7 +88,7 @@ def class_room(folder, signs_in=True, files=None, **changes):
     settings = ClassServerSettings(library=folder, page=folder, **{"port": 7710, **given, **changes})
     files = files or ClassFolder(folder)
     with files.opened(), TestClient(make_class_app(settings, files), base_url=HERE) as client:
-        room = Room(client)
+        room = PagedRoom(client)
         if settings.first_key and signs_in:
             room.sign_in()
         yield room

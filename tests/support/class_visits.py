@@ -9,7 +9,7 @@ from urllib.parse import urlsplit
 from playwright.sync_api import Browser, Locator, Page, ViewportSize, expect
 
 from motorcade.locales import catalogue
-from support.browser_profiles import Watched, storing
+from support.browser_profiles import FEW_PICTURES, Watched, storing
 from support.class_page import PASSWORD
 from support.layout import Windows, serious_barriers
 from support.running_studio import started_class
@@ -21,7 +21,7 @@ CAR_PX = 40
 SIZES = ((1440, 900), (1366, 768), (1024, 768), (390, 844))
 
 
-class Visit(Watched):
+class ClassVisit(Watched):
     """One browser profile in the class."""
 
     def __init__(self, browser: Browser, base: str, *, language="en", theme="light", size=(1024, 768), **options):
@@ -29,6 +29,7 @@ class Visit(Watched):
         viewport: ViewportSize = {"width": size[0], "height": size[1]}
         state = storing(base, kept)
         context = browser.new_context(viewport=viewport, storage_state=state, service_workers="block", **options)
+        context.add_init_script(FEW_PICTURES)
         super().__init__(context, base)
         context.set_default_timeout(30_000)
         self.base = base
@@ -95,20 +96,20 @@ class Visit(Watched):
 class ClassRoom:
     """A class in a process, its teacher, and the browsers of its pupils; ``start`` starts a server at a port."""
 
-    teacher: Visit
+    teacher: ClassVisit
 
     def __init__(self, browser: Browser, start: Callable):
         self._start = start
         self.process, told = start(0)
         self.browser, self.told = browser, told
         self.base, self.code = told["addresses"][0], told["code"]
-        self.visits: list[Visit] = []
+        self.visits: list[ClassVisit] = []
 
-    def visit(self, **options) -> Visit:
-        self.visits.append(Visit(self.browser, self.base, **options))
+    def visit(self, **options) -> ClassVisit:
+        self.visits.append(ClassVisit(self.browser, self.base, **options))
         return self.visits[-1]
 
-    def pupil(self, name: str, link: str = "", sleeps: bool = False, **options) -> Visit:
+    def pupil(self, name: str, link: str = "", sleeps: bool = False, **options) -> ClassVisit:
         """A visit of a pupil who is in, and has opened a link to a project; ``sleeps``: the page's clock can be set."""
         visit = self.visit(**options)
         if sleeps:
@@ -187,7 +188,7 @@ def expect_drafts(room, names: dict[str, str]) -> None:
     wait_until(lambda: {pupil: name_of(pupil) for pupil in names} == names)
 
 
-def expect_cover(visit: Visit, text: str) -> None:
+def expect_cover(visit: ClassVisit, text: str) -> None:
     """The whole page is covered, and nothing takes the cover away."""
     cover = visit.page.get_by_role("dialog", name=visit.say(text), exact=True)
     cover.wait_for()

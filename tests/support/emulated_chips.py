@@ -31,7 +31,7 @@ UNO = ChipKind("atmega328p", 1024, 0x100, 0x900, ("B", 3), ("D", 2))
 MEGA = ChipKind("atmega2560", 4096, 0x200, 0x2200, ("B", 4), ("E", 4))
 
 
-class World:
+class ChipWorld:
     """Chips and their common clock.
 
     Args:
@@ -82,7 +82,7 @@ class World:
 class Chip:
     """One chip of a world."""
 
-    def __init__(self, world: World, index: int, kind: ChipKind, symbols: dict[str, int]) -> None:
+    def __init__(self, world: ChipWorld, index: int, kind: ChipKind, symbols: dict[str, int]) -> None:
         self._world = world
         self._index = index
         self.kind = kind

@@ -6,14 +6,14 @@ from motorcade.upload.transfer import ReadbackTransfer, Transfer, UploadTransfer
 from motorcade.words.packing import words_to_bytes
 from motorcade.words.upload import IMAGE
 from motorcade.words.uploader import VERIFIED
-from support.emulated_chips import Chip, World
+from support.emulated_chips import Chip, ChipWorld
 from support.faulty_line import Faults, Way
 
 BAUD = 115200
 _LONGEST_MS = 60_000
 
 
-def run(world: World, chip: Chip, transfer: Transfer, faults: Faults | None = None) -> Transfer:
+def run(world: ChipWorld, chip: Chip, transfer: Transfer, faults: Faults | None = None) -> Transfer:
     """Run a transfer to its end, over a line with ``faults``."""
     there, back = (Way(faults or Faults(), random.Random(seed)) for seed in (0, 1))
     end_ms = world.now_ms + _LONGEST_MS
@@ -27,7 +27,7 @@ def run(world: World, chip: Chip, transfer: Transfer, faults: Faults | None = No
     return transfer
 
 
-def upload(world: World, chip: Chip, image: bytes) -> int:
+def upload(world: ChipWorld, chip: Chip, image: bytes) -> int:
     """Upload an image; returns how many ms it took."""
     begin_ms = world.now_ms
     done = run(world, chip, UploadTransfer(image, BAUD))
@@ -37,7 +37,7 @@ def upload(world: World, chip: Chip, image: bytes) -> int:
     return world.now_ms - begin_ms
 
 
-def held_image(world: World, chip: Chip) -> bytes:
+def held_image(world: ChipWorld, chip: Chip) -> bytes:
     """Read back the image."""
     done = run(world, chip, ReadbackTransfer(BAUD))
     assert done.outcome

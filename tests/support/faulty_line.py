@@ -3,14 +3,12 @@
 from collections import deque
 from dataclasses import dataclass
 
-from motorcade.car.board import Board
 from motorcade.car.loop import Car
-from motorcade.config.profile import levels_of
 from motorcade.words.image import announced_words
 from motorcade.words.packing import WORD_BYTES, unpack
 from motorcade.words.ticks import TICKS_MASK
 from motorcade.words.upload import SILENCE_MS, error_line, ok_line
-from support.strategies import CLASSROOM
+from support.mock_board import MockBoard
 
 
 @dataclass
@@ -70,31 +68,21 @@ class Way:
         return self._pieces[0][0] if self._pieces else None
 
 
-class LineBoard(Board):
-    """A leader's board that has a line, a clock and a store, and nothing else."""
-
-    is_leader = True
-    levels = levels_of(CLASSROOM)
+class LineBoard(MockBoard):
+    """A leader's board at the end of two ways."""
 
     def __init__(self, stored, there, back):
-        self.stored = stored
-        self.now = 0
+        super().__init__(stored)
         self._there, self._back = there, back
 
     def now_ms(self):
-        return self.now & TICKS_MASK
-
-    def load_image(self):
-        return self.stored
-
-    def store_image(self, data):
-        self.stored = data
+        return self.clock_ms & TICKS_MASK
 
     def read_serial(self):
-        return self._there.take(self.now)
+        return self._there.take(self.clock_ms)
 
     def write_serial(self, data):
-        self._back.put(data, self.now)
+        self._back.put(data, self.clock_ms)
 
 
 class RealCar:
@@ -107,10 +95,10 @@ class RealCar:
 
     @property
     def holds(self):
-        return self._board.stored
+        return self._board.image
 
     def tick(self, now_ms):
-        self._board.now = now_ms
+        self._board.clock_ms = now_ms
         self._car.tick()
 
 

@@ -34,7 +34,7 @@ RECEIVER, PIR = 4, 25
 FORWARD_1_S = to_frame(0xE4800000)
 
 
-class Clock:
+class PiClock:
     """A clock in seconds that only a test moves."""
 
     def __init__(self) -> None:
@@ -53,7 +53,7 @@ class Clock:
         self.advance(duration_ms / 1000)
 
 
-class Line(lines.WaitingLine):
+class PiLine(lines.WaitingLine):
     """A line for uploads: bytes to the car, and its answers."""
 
     def __init__(self) -> None:
@@ -75,7 +75,7 @@ class Sender:
     busy = False
     closed = False
 
-    def __init__(self, clock: Clock) -> None:
+    def __init__(self, clock: PiClock) -> None:
         self.frames: list[int] = []
         self._clock = clock
 
@@ -125,7 +125,7 @@ class Voice:
 class LineObserver(BoardObserver):
     """What a board without pins sends, and words spoken to it."""
 
-    def __init__(self, line: Line, voice: Voice) -> None:
+    def __init__(self, line: PiLine, voice: Voice) -> None:
         self.line = line
         self.voice = voice
 

@@ -39,7 +39,7 @@ def pieces(draw, data):
     return [data[begin:end] for begin, end in pairwise([0, *cuts, len(data)])]
 
 
-class Car:
+class ReceivingCar:
     """A car's shell: does what its end says, and keeps what it answers."""
 
     def __init__(self, stored=NO_PROGRAM, most_words=511):

@@ -26,7 +26,7 @@ MAT = {
 SET = {"do": "set", "image": IMAGE, "mat": MAT, "profile": "classroom", "seed": 1}
 
 
-class Page(PageSocket):
+class WorldPage(PageSocket):
     """A page of the studio."""
 
     def set(self, **changes):
@@ -51,4 +51,4 @@ def visitor_from(address, client):
 @contextmanager
 def page(client, key=KEY):
     with client.websocket_connect(f"ws://127.0.0.1:7700/api/world?session={key}") as socket:
-        yield Page(socket)
+        yield WorldPage(socket)

@@ -6,7 +6,18 @@ from hypothesis import strategies as st
 
 from motorcade.words import blocks, receiver, upload
 from motorcade.words.request import check_request
-from support.upload_ends import CHECK_OF_NEW, LAST_TICK, NEW, NEW_OK, NO_PROGRAM, OLD, STARTS_MS, Car, events_of, images
+from support.upload_ends import (
+    CHECK_OF_NEW,
+    LAST_TICK,
+    NEW,
+    NEW_OK,
+    NO_PROGRAM,
+    OLD,
+    STARTS_MS,
+    ReceivingCar,
+    events_of,
+    images,
+)
 
 LARGEST = bytes.fromhex("FFFF0100") + bytes.fromhex("64800000") * 255 + bytes.fromhex("C0280000") * 255
 SNIPPETS = st.sampled_from([NEW, NEW[:6], CHECK_OF_NEW, upload.READBACK_REQUEST, LARGEST, NO_PROGRAM, bytes(5)])
@@ -54,7 +65,7 @@ def test_work_that_silence_interrupts_is_finished_before_the_next_bytes_are_take
 def test_an_image_larger_than_the_car_holds_is_refused_as_soon_as_its_header_is_there(states, most_words, cut):
     image = bytes([states, 0, 0, 0]) + bytes.fromhex("64800000") * states
     words = len(image) // 4
-    car = Car(OLD, most_words)
+    car = ReceivingCar(OLD, most_words)
     kinds, answer = car.take(image[:cut], 0)
     if words <= most_words:
         assert upload.REFUSED not in kinds
@@ -89,14 +100,14 @@ def test_bytes_move_to_the_start_of_a_buffer_that_stays_as_long():
 
 
 def test_a_refused_image_takes_no_announcement_with_it():
-    car = Car(OLD, SMALLEST)
+    car = ReceivingCar(OLD, SMALLEST)
     assert car.take(check_request(0x325D103A, 7), 0)[0] == [upload.CHECK]
     assert car.take(LARGEST, 1)[0] == [upload.REFUSED]
     assert car.take(NEW, 600) == ([upload.IMAGE], NEW_OK)
 
 
 def test_requests_and_images_follow_each_other_through_a_buffer_that_is_nearly_full():
-    car = Car(OLD, SMALLEST)
+    car = ReceivingCar(OLD, SMALLEST)
     everything = (upload.READBACK_REQUEST + NEW + OLD) * 5 + CHECK_OF_NEW
     for size in range(1, 25):
         pieces = [everything[at : at + size] for at in range(0, len(everything), size)]

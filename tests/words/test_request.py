@@ -15,7 +15,7 @@ from support.upload_ends import (
     NEW_OK,
     OLD,
     STARTS_MS,
-    Car,
+    ReceivingCar,
     events_of,
     images,
     pieces,
@@ -108,7 +108,7 @@ def test_a_request_that_was_changed_on_the_way_is_no_request_and_no_image(data, 
         came = asked[:at] + asked[at : at + count] + asked[at:]
     else:
         came = asked[:at] + bytes([asked[at] ^ 1 << data.draw(st.integers(0, 7))]) + asked[at + 1 :]
-    car = Car(OLD)
+    car = ReceivingCar(OLD)
     kinds, _ = car.take(came, 0)
     late, _ = car.take(b"", 600)
     assert upload.IMAGE not in kinds + late
@@ -149,7 +149,7 @@ def test_what_is_no_answer_is_none(line):
 
 @given(image=images(), held=images(), number=st.integers(0, 255), start_ms=STARTS_MS, data=st.data())
 def test_a_car_accepts_the_announced_image(image, held, number, start_ms, data):
-    car, checksum = Car(held), crc32(image)
+    car, checksum = ReceivingCar(held), crc32(image)
     taken = [car.take(piece, start_ms) for piece in data.draw(pieces(request.check_request(checksum, number)))]
     answer = b"".join(said for _, said in taken)
     assert request.held_checksum(answer, request.check_words(checksum, number)) == crc32(held)
@@ -166,12 +166,12 @@ def test_the_check_request_and_its_answer_are_these_bytes():
     assert bytes.fromhex(words) == CHECK_OF_NEW
     # zlib's CRC-32 of OLD and of the line up to there.
     beginning = b"OK check=325d103a07 holds=%08x" % crc32(OLD)
-    assert Car(OLD).take(CHECK_OF_NEW, 0) == ([upload.CHECK], beginning + b" sum=%08x\n" % crc32(beginning))
+    assert ReceivingCar(OLD).take(CHECK_OF_NEW, 0) == ([upload.CHECK], beginning + b" sum=%08x\n" % crc32(beginning))
 
 
 @given(image=programs.filter(lambda image: image != NEW))
 def test_a_car_refuses_another_image_than_the_announced_one(image):
-    car = Car(OLD)
+    car = ReceivingCar(OLD)
     car.take(CHECK_OF_NEW, 0)
     assert car.take(image, 1)[0] == [upload.REFUSED]
     assert car.take(NEW, 400) == ([], b"")  # the rest of what was wrong
@@ -181,14 +181,14 @@ def test_a_car_refuses_another_image_than_the_announced_one(image):
 
 
 def test_ten_seconds_after_an_announcement_a_car_accepts_any_image():
-    car = Car(NEW)
+    car = ReceivingCar(NEW)
     car.take(CHECK_OF_NEW, 0)
     assert car.take(OLD, 9_999)[0] == [upload.REFUSED]
     assert car.take(OLD, 19_999)[0] == [upload.IMAGE]
 
 
 def test_what_comes_right_behind_an_image_that_was_announced_is_no_image():
-    car = Car(OLD)
+    car = ReceivingCar(OLD)
     assert car.take(CHECK_OF_NEW + NEW + OLD, 0)[0] == [upload.CHECK, upload.IMAGE]
     assert car.take(OLD, 499) == ([], b"")
     assert car.stored == NEW
@@ -203,7 +203,7 @@ FAULTS = {"lost": lambda byte: [], "doubled": lambda byte: [byte, byte]} | {
 @pytest.mark.parametrize("at", range(request.CHECK_BYTES))
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_check_request_with_a_fault_is_no_image_and_gets_no_answer_that_is_mistaken(at, fault):
-    car = Car(OLD)
+    car = ReceivingCar(OLD)
     kinds, answer = car.take(CHECK_OF_NEW[:at] + bytes(FAULTS[fault](CHECK_OF_NEW[at])) + CHECK_OF_NEW[at + 1 :], 0)
     more, _ = car.take(b"", 500)
     assert upload.IMAGE not in kinds + more

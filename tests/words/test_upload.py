@@ -19,7 +19,7 @@ from support.upload_ends import (
     NO_PROGRAM,
     OLD,
     STARTS_MS,
-    Car,
+    ReceivingCar,
     events_of,
     images,
     outcome_of,
@@ -39,7 +39,7 @@ def waiting_uploader(now_ms=0):
 
 @given(image=programs, start_ms=STARTS_MS, data=st.data())
 def test_an_image_sent_in_any_pieces_is_stored_and_verified(image, start_ms, data):
-    car, answers, now_ms = Car(OLD), b"", start_ms
+    car, answers, now_ms = ReceivingCar(OLD), b"", start_ms
     sender = uploader.UploaderEnd(image)
     for piece in data.draw(pieces(image)):
         now_ms = now_ms + data.draw(st.integers(0, 499)) & LAST_TICK
@@ -54,7 +54,7 @@ def test_an_image_sent_in_any_pieces_is_stored_and_verified(image, start_ms, dat
 
 @given(image=images(), start_ms=STARTS_MS, data=st.data())
 def test_an_image_is_read_back_in_any_pieces(image, start_ms, data):
-    car, reader = Car(image), uploader.ReadbackEnd(start_ms)
+    car, reader = ReceivingCar(image), uploader.ReadbackEnd(start_ms)
     answer = b"".join(car.take(piece, start_ms)[1] for piece in data.draw(pieces(upload.READBACK_REQUEST)))
     assert car.stored == image
     for piece in data.draw(pieces(answer + b"noise")):
@@ -77,7 +77,7 @@ def test_a_car_takes_no_more_memory_however_much_comes_at_once(cut):
 
 @pytest.mark.parametrize(("start_ms", "cut"), [(0, 6), (LAST_TICK - 700, 4), (LAST_TICK - 250, 6)])
 def test_half_a_second_of_silence_makes_the_car_begin_anew(start_ms, cut):
-    car = Car(OLD)
+    car = ReceivingCar(OLD)
     car.take(NEW[:cut], start_ms)
     assert car.take(b"", start_ms + 250 & LAST_TICK) == ([], b"")
     assert car.take(b"", start_ms + 499 & LAST_TICK) == ([], b"")
@@ -88,7 +88,7 @@ def test_half_a_second_of_silence_makes_the_car_begin_anew(start_ms, cut):
 
 
 def test_silence_is_noticed_when_the_next_byte_comes():
-    car = Car(OLD)
+    car = ReceivingCar(OLD)
     car.take(NEW[:6], 0)
     assert car.take(NEW, 500) == ([upload.REFUSED, upload.IMAGE], b"ERR cut off after 6 bytes\n" + NEW_OK)
 
@@ -108,7 +108,7 @@ def test_silence_is_noticed_when_the_next_byte_comes():
     ],
 )
 def test_after_bytes_that_are_no_image_only_silence_begins_the_next(bad, reason):
-    car = Car(OLD)
+    car = ReceivingCar(OLD)
     kinds, answer = car.take(bad, 0)
     assert kinds == [upload.REFUSED]
     assert answer.startswith(b"ERR ")
@@ -122,7 +122,7 @@ def test_after_bytes_that_are_no_image_only_silence_begins_the_next(bad, reason)
 
 
 def test_four_zeros_are_an_image_only_between_silences():
-    car = Car(OLD)
+    car = ReceivingCar(OLD)
     assert car.take(NO_PROGRAM, 0) == car.take(b"", 499) == ([], b"")
     assert car.take(b"", 500) == ([upload.IMAGE], upload.ok_line(NO_PROGRAM))
     assert car.stored == NO_PROGRAM
@@ -130,7 +130,7 @@ def test_four_zeros_are_an_image_only_between_silences():
 
 @pytest.mark.parametrize("noise", [bytes(5), bytes(400), b"\0" + upload.READBACK_REQUEST, NO_PROGRAM + NEW])
 def test_zeros_that_a_loose_cable_leaves_do_not_clear_a_car(noise):
-    car = Car(OLD)
+    car = ReceivingCar(OLD)
     kinds, answer = car.take(noise, 0)
     assert kinds == [upload.REFUSED]
     assert answer == f"ERR the empty image has 4 bytes, {len(noise)} are here\n".encode()
@@ -158,14 +158,14 @@ def test_the_messages_of_a_starting_board_are_no_answer(boot):
 def test_an_image_behind_its_check_fits_into_a_buffer_that_both_fill():
     """It moves to the beginning of the buffer once the check is taken."""
     image = bytes([9, 0, 0, 0]) + bytes.fromhex("64800000") * 9
-    car = Car(OLD, 12)
+    car = ReceivingCar(OLD, 12)
     kinds, answer = car.take(request.check_request(crc32(image), 1) + image, 0)
     assert (kinds, car.stored) == ([upload.CHECK, upload.IMAGE], image)
     assert answer.endswith(upload.ok_line(image))
 
 
 def test_the_position_of_a_bad_word_counts_from_its_own_header():
-    car = Car(OLD)
+    car = ReceivingCar(OLD)
     bad = bytes.fromhex("02000000 65800000 40000001")
     kinds, answer = car.take(request.check_request(crc32(bad), 1) + bad, 0)
     assert kinds == [upload.CHECK, upload.REFUSED]

@@ -55,7 +55,7 @@ TURNING_LEFT, DRIVEN_LEFT = ((0, 255, 17), (255, 0, 17)), ((255, 0, 100), (255, 
 ONE_LIT, THREE_LIT = (0, 255, 0, 0), (0, 0, 0, 255)
 
 
-class Car:
+class PinnedCar:
     """A car, its ``control``, and the ``session`` of a driver."""
 
     def __init__(self, clock, pins, text, image, is_leader, watchdog=None) -> None:
@@ -105,8 +105,8 @@ def made(clock, pins):
     """Make cars, which are closed at the end."""
     cars = []
 
-    def make(text=ENABLED + LEDS + SENSORS, image=TWO_STATES, is_leader=True, **more) -> Car:
-        cars.append(Car(clock, pins, text, image, is_leader, **more))
+    def make(text=ENABLED + LEDS + SENSORS, image=TWO_STATES, is_leader=True, **more) -> PinnedCar:
+        cars.append(PinnedCar(clock, pins, text, image, is_leader, **more))
         return cars[-1]
 
     yield make

@@ -15,7 +15,7 @@ from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
-from wifi_car import ChipBoard, Clock
+from wifi_car import ChipBoard, ChipClock
 
 from motorcade.boards.on_chip.secure_line import serial_number
 from motorcade.boards.on_chip.wifi_line import Announcer, WifiLine, join_network
@@ -34,7 +34,7 @@ from support.waiting import until, wait_until
 pytestmark = pytest.mark.skipif(not hasattr(select, "poll"), reason="Windows has no poll")
 
 
-class Cable:
+class RadioCable:
     """A cable that a test speaks through."""
 
     def __init__(self):
@@ -51,7 +51,7 @@ class Cable:
         pass
 
 
-class Station:
+class RadioStation:
     """The chip's connection to its network, which is this computer's own here."""
 
     def isconnected(self):
@@ -68,9 +68,9 @@ def free_port():
 
 @contextmanager
 def running():
-    cable, port = Cable(), free_port()
-    announcer = Announcer(Station(), socket, Clock(), "0000002a", port)
-    line = WifiLine(cable, socket, select, Clock(), announcer, port)
+    cable, port = RadioCable(), free_port()
+    announcer = Announcer(RadioStation(), socket, ChipClock(), "0000002a", port)
+    line = WifiLine(cable, socket, select, ChipClock(), announcer, port)
     board, ended = ChipBoard(line, levels_of(CLASSROOM)), threading.Event()
     car = Car(board)
 

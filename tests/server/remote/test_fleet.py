@@ -57,7 +57,7 @@ def at(name, car, **more):
     return RemoteCar(name, "127.0.0.1", car.port, car.telemetry_port, **more)
 
 
-class Network:
+class FleetNetwork:
     """The network between the server and one car, in an event loop of its own; it can be cut."""
 
     def __init__(self, portal, proxies):
@@ -109,7 +109,7 @@ def cuttable(ada, bo):
         ends = [FaultProxy(port) for port in (ada.port, ada.telemetry_port)]
         proxies = [held.enter_context(portal.wrap_async_context_manager(end)) for end in ends]
         with served(RemoteCar("ada", "127.0.0.1", *(proxy.port for proxy in proxies)), at("bo", bo)) as page:
-            yield page, Network(portal, proxies)
+            yield page, FleetNetwork(portal, proxies)
 
 
 def test_real_cars_are_listed_by_name(ada, bo):

@@ -40,7 +40,7 @@ class Dots:
         pass
 
 
-class Rig:
+class RemoteRig:
     """A car and a browser."""
 
     def __init__(self, client, drive):
@@ -53,10 +53,10 @@ class Rig:
     @contextmanager
     def page(self, **headers):
         with self.connect(**headers) as socket:
-            yield Page(socket)
+            yield OnlyCarPage(socket)
 
 
-class Page(RemotePage):
+class OnlyCarPage(RemotePage):
     """The page of the only car."""
 
     def __init__(self, socket):
@@ -79,7 +79,7 @@ def visit():
             drive = CarControl(MockDriveBoard(), lambda: 0, PROFILE)
             app = make_remote(ServerSettings(**settings), SingleCar(drive, camera() if camera else None))
             client = opened.enter_context(TestClient(app, base_url=base_url, follow_redirects=False))
-            return Rig(client, drive)
+            return RemoteRig(client, drive)
 
         yield visiting
 

@@ -42,7 +42,7 @@ RESERVED = b"\xf1\x80\0\0\0\0"
 NO_TEXT = Frame(Opcode.TEXT, b"\xff").serialize(mask=True)
 
 
-class Numbered:
+class NumberedPage:
     """A camera whose pictures are their numbers, and as large as pictures are."""
 
     def __init__(self):
@@ -70,7 +70,7 @@ def running(source, tls=None, wheels=None):
 
 
 def test_a_stalled_viewer_gets_few_old_pictures_and_then_the_newest():
-    source = Numbered()
+    source = NumberedPage()
     with running(source) as address, socket.create_connection(address) as viewer:
         viewer.settimeout(DEADLINE_S)
         viewer.sendall(b"GET /camera?rate=30 HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
@@ -87,7 +87,7 @@ def test_a_stalled_viewer_gets_few_old_pictures_and_then_the_newest():
 
 def test_of_a_burst_after_a_stall_few_sticks_are_executed_and_the_last_one_is():
     wheels = MockDriveBoard()
-    with running(Numbered(), wheels=wheels) as (host, port), connect(f"ws://{host}:{port}/drive/ws") as line:
+    with running(NumberedPage(), wheels=wheels) as (host, port), connect(f"ws://{host}:{port}/drive/ws") as line:
         joined(line)
         stick = {"do": "drive", "cars": ["1"], "steering": 0.0}
         # As one write, as a network delivers what it held back.
@@ -110,7 +110,7 @@ def trust(tmp_path):
 
 
 def test_the_page_and_its_socket_are_served_by_https(tmp_path, trust):
-    with running(Numbered(), https_context(tmp_path / "car-ada.pem")) as (host, port):
+    with running(NumberedPage(), https_context(tmp_path / "car-ada.pem")) as (host, port):
         with closing(http.client.HTTPSConnection(host, port, timeout=DEADLINE_S, context=trust)) as page:
             page.request("GET", "/camera/snapshot.jpg")
             assert page.getresponse().status == 200
@@ -121,7 +121,7 @@ def test_the_page_and_its_socket_are_served_by_https(tmp_path, trust):
 def test_many_mute_connections_shut_nobody_out_and_disturb_no_page():
     allow_files(4 * MUTE)
     with (
-        running(Numbered()) as address,
+        running(NumberedPage()) as address,
         ExitStack() as mute,
         connect(f"ws://{address[0]}:{address[1]}/drive/ws") as page,
     ):
@@ -148,7 +148,7 @@ def joined(page):
 def test_a_request_that_does_not_come_whole_in_time_is_hung_up(monkeypatch):
     monkeypatch.setattr("motorcade.server.running.REQUEST_S", 0.05)
     beginnings = (b"", b"GET / HTTP/1.1\r\nHost: 127", b"POST /api/x HTTP/1.1\r\nHost: a\r\nContent-Length: 9\r\n\r\n{")
-    with running(Numbered()) as address:
+    with running(NumberedPage()) as address:
         for beginning in beginnings:
             with socket.create_connection(address, DEADLINE_S) as line:
                 line.sendall(beginning)
@@ -158,7 +158,7 @@ def test_a_request_that_does_not_come_whole_in_time_is_hung_up(monkeypatch):
 
 
 def test_a_flood_of_nonsense_is_logged_in_few_lines(capsys):
-    with running(Numbered()) as address:
+    with running(NumberedPage()) as address:
         for _ in range(MUTE):
             with socket.create_connection(address, DEADLINE_S) as line, suppress(ConnectionError):
                 line.sendall(b"\0\0 nonsense\r\n\r\n")
@@ -185,7 +185,7 @@ def damage(address, frame):
 
 
 def test_foreign_websockets_are_not_logged_and_damaged_ones_in_few_lines(capsys):
-    with running(Numbered()) as address:
+    with running(NumberedPage()) as address:
         for _ in range(20):
             refused_socket(address)
             damage(address, RESERVED)
@@ -209,7 +209,7 @@ def flood(line, frame, frames):
 def test_a_page_that_floods_with_frames_that_are_no_messages_is_dropped_and_others_are_not(opcode, most):
     frame = Frame(opcode, b"", fin=opcode is not Opcode.CONT).serialize(mask=True)
     begun = Frame(Opcode.TEXT, b"{", fin=False).serialize(mask=True) if opcode is Opcode.CONT else b""
-    with running(Numbered()) as (host, port), connect(f"ws://{host}:{port}/drive/ws", proxy=None) as other:
+    with running(NumberedPage()) as (host, port), connect(f"ws://{host}:{port}/drive/ws", proxy=None) as other:
         with connect(f"ws://{host}:{port}/drive/ws", proxy=None) as line:
             line.socket.sendall(begun + (most - 1) * frame)
             # It is served on: telemetry comes ten times a second.
@@ -233,7 +233,7 @@ def opened(line, address):
 def test_a_page_that_reads_nothing_and_answers_no_ping_loses_its_place(monkeypatch):
     monkeypatch.setattr("motorcade.server.running.PING_S", 0.2)
     monkeypatch.setattr("motorcade.server.running.CONTROLS_A_MINUTE", PINGS)
-    with running(Numbered()) as address, socket.socket() as line:
+    with running(NumberedPage()) as address, socket.socket() as line:
         line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 11)
         line.connect(address)
         opened(line, address)
@@ -254,7 +254,7 @@ def close_when_no_more_connections_are_accepted(line, address):
 
 
 def test_a_server_ends_without_an_error_while_a_page_is_leaving(tmp_path, trust):
-    with running(Numbered(), https_context(tmp_path / "car-ada.pem")) as (host, port):
+    with running(NumberedPage(), https_context(tmp_path / "car-ada.pem")) as (host, port):
         plain = socket.create_connection((host, port), DEADLINE_S)
         line = trust.wrap_socket(plain, server_hostname=host)
         page = opened(line, (host, port))

@@ -22,7 +22,7 @@ def no_ports(monkeypatch):
     monkeypatch.setattr(serial_port.list_ports, "comports", list)
 
 
-class Page(PageSocket):
+class CarListPage(PageSocket):
     """A page that shows the list: ``found`` has the cars by their names."""
 
     found = None
@@ -41,7 +41,7 @@ def test_a_page_sees_loads_blinks_and_stops_cars(tmp_path):
             server(tmp_path, places=places) as client,
             client.websocket_connect(f"ws://127.0.0.1:7700{CARS}") as socket,
         ):
-            page = Page(socket)
+            page = CarListPage(socket)
             page.shows(lambda found: found.get("car-1", {}).get("away") is False and found["gone"]["problem"])
             page.send("load", where=[cars[1].address, "127.0.0.1:1"], image=image, program="阿<b>\n")
             page.shows(lambda found: found["car-1"]["crc32"] == SECOND_CRC32 and found["gone"]["holds"])
@@ -72,7 +72,7 @@ def test_cars_are_asked_at_the_places_and_with_the_keys_of_the_settings(tmp_path
         server(tmp_path, places=places, keys=keys) as client,
         client.websocket_connect(f"ws://127.0.0.1:7700{CARS}") as socket,
     ):
-        Page(socket).shows(lambda found: "gone" in found)
+        CarListPage(socket).shows(lambda found: "gone" in found)
     assert asked[-1] == (places, keys)
 
 
@@ -91,8 +91,8 @@ def test_cars_are_looked_for_while_any_page_shows_them(tmp_path, monkeypatch):
     monkeypatch.setattr(cars, "Cars", NotedCars)
     with server(tmp_path, places=(place_of("127.0.0.1:1", "gone"),)) as client:
         with client.websocket_connect(f"ws://127.0.0.1:7700{CARS}") as socket:
-            Page(socket).shows(lambda found: "gone" in found)
+            CarListPage(socket).shows(lambda found: "gone" in found)
             with client.websocket_connect(f"ws://127.0.0.1:7700{CARS}") as another:
-                Page(another).shows(lambda found: "gone" in found)
+                CarListPage(another).shows(lambda found: "gone" in found)
             assert looking == ["begins"]
         wait_until(lambda: looking == ["begins", "ends"], deadline_s=DEADLINE_S)

@@ -26,7 +26,7 @@ TWO = {**MAT, "car": MAT["car"][:2]}
 IMAGE = "AQEBAGWAAAC1AAAA"
 
 
-class Page(PageSocket):
+class DrivingPage(PageSocket):
     """The studio's page, which has set a world.
 
     Attributes:
@@ -60,7 +60,7 @@ def client(tmp_path):
 @contextmanager
 def page(client, key=KEY):
     with client.websocket_connect(f"ws://{HERE}/api/world?session={key}") as socket:
-        yield Page(socket)
+        yield DrivingPage(socket)
 
 
 @contextmanager

@@ -111,14 +111,14 @@ def test_an_invalid_message_is_refused_in_every_language_and_the_world_goes_on(c
 def test_the_queue_of_a_page_that_reads_nothing_is_bounded_and_has_the_newest_state() -> None:
     sent = []
 
-    class Socket:
+    class SessionSocket:
         async def send_text(self, text: str) -> None:
             sent.append(json.loads(text))
 
         async def close(self) -> None:
             sent.append("closed")
 
-    waiting = PageSocket(Socket(), ServerSettings(), (State,))
+    waiting = PageSocket(SessionSocket(), ServerSettings(), (State,))
     for t_ms in range(1000):
         waiting.put(State(True, 1.0, t_ms, None, 0, 0, {}, 1.0, []))
         waiting.refuse(MotorcadeError("no-world"))

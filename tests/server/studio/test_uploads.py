@@ -17,7 +17,7 @@ from motorcade.upload.transfer import holds_phrase
 from motorcade.words import upload as protocol
 from motorcade.words.request import CHECK_BYTES
 from support.played_car import IMAGE, PlayedCar
-from support.upload_ends import NO_PROGRAM, Car
+from support.upload_ends import NO_PROGRAM, ReceivingCar
 from support.world_page import server
 
 SOCKETS = "ws://127.0.0.1:7700/api"
@@ -168,7 +168,7 @@ def test_every_failure_has_the_pages_name_of_the_port(client, monkeypatch, code)
     assert ("keeps the image that it had" in received["sentence"]["en"]) == (code != "no-such-port")
 
 
-def carry(client, wanted: dict, car: Car | None, now_ms: int = 0) -> tuple[list[dict], bytes]:
+def carry(client, wanted: dict, car: ReceivingCar | None, now_ms: int = 0) -> tuple[list[dict], bytes]:
     """Carry bytes to a car and back as the page does; give the server's answers and the bytes that reached the car.
 
     An answer comes in two pieces. Without a car the port is silent.
@@ -190,7 +190,7 @@ def carry(client, wanted: dict, car: Car | None, now_ms: int = 0) -> tuple[list[
 
 
 def test_an_image_goes_through_a_port_of_the_page_and_back(client) -> None:
-    car = Car()
+    car = ReceivingCar()
     received, reached = carry(client, {"image": base64_of(LONG)}, car)
     assert car.stored == LONG
     assert reached[CHECK_BYTES:] == LONG
@@ -212,4 +212,4 @@ def test_a_page_that_leaves_during_a_transfer_disturbs_no_other(client) -> None:
     with client.websocket_connect(f"{SOCKETS}/upload") as socket:
         socket.send_json({"port": "virtual", "image": base64_of(LONG)})
     client.portal.call(lambda: None)
-    assert carry(client, {"image": base64_of(IMAGE)}, Car())[0][-1]["outcome"] == "verified"
+    assert carry(client, {"image": base64_of(IMAGE)}, ReceivingCar())[0][-1]["outcome"] == "verified"
