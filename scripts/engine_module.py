@@ -151,7 +151,7 @@ def _imported(*files: Path) -> set[Path]:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom) and f"{node.module}".startswith("motorcade."):
                 parts = f"{node.module}".split(".")[1:]
-                if parts[0] in ("car", "devices", "engine", "words"):
+                if parts[0] in ("car", "devices", "engine", "words") or parts == ["mats", "plane"]:
                     names = (package.joinpath(*parts, alias.name) for alias in node.names)
                     modules = [package.joinpath(*parts), *names]
                     left += [

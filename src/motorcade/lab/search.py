@@ -30,8 +30,8 @@ from motorcade.lab.plan import code_hash
 from motorcade.lab.programs import ProgramSource
 from motorcade.lab.run import ProgressBar, Workers, no_bar
 from motorcade.missions.check import check_program
-from motorcade.missions.kinds import GOALS
 from motorcade.missions.model import Mission
+from motorcade.missions.schema import GOALS
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program, count_blocks
 from motorcade.runs.drawing import picture_text

@@ -12,9 +12,9 @@ from motorcade.engine.simulation import Simulation
 from motorcade.errors import Phrase
 from motorcade.mats.model import Mat
 from motorcade.missions.goal import MOST_UNMET, GoalState, needed_of
-from motorcade.missions.kinds import GOALS
 from motorcade.missions.model import Goal, Mission
 from motorcade.missions.odds import Odds, OpenWorlds, Trial, other_seeds, works
+from motorcade.missions.schema import GOALS
 from motorcade.missions.watch import MissionWatch, begun_words, run_to_next
 from motorcade.program.compiler import compile_program
 from motorcade.program.decompiler import DecompileError, decompile

@@ -20,9 +20,8 @@ from motorcade.locales import FIRST, languages
 from motorcade.mats.document import check_mat, mat_of
 from motorcade.mats.model import Mat
 from motorcade.mats.schema import FORMAT as MAT_FORMAT
-from motorcade.missions.kinds import GOALS
 from motorcade.missions.model import Goal, Mission, Notes, Sentence, Wording, Zone
-from motorcade.missions.schema import PATHS, goal_schema, mission_schema
+from motorcade.missions.schema import GOALS, PATHS, goal_schema, mission_schema
 from motorcade.program.model import FORMAT as PROGRAM_FORMAT
 from motorcade.program.model import Program, program_from_dict, read_program
 

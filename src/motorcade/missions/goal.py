@@ -1,6 +1,6 @@
 """What every kind of goal has: the class that a kind derives from, and what it is given.
 
-A kind of goal is one class, in `car_goals`, `event_goals`, `score_goals` or `other_goals`; `kinds` finds them there.
+A kind of goal is one class, in `car_goals`, `event_goals`, `score_goals` or `other_goals`; `schema` finds them there.
 What belongs to the class says which keys such a goal has in a file, what it asks for in words, and what decides it. An
 object of the class follows one goal during one run: it takes the moments, and says how it stands and how near the run
 came.
