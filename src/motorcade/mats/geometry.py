@@ -74,7 +74,9 @@ class _Side(NamedTuple):
                 x1 = begin_x + (high_m - y0) * slope if high_m > y0 else begin_x
             if low_m > y0:
                 x0 = begin_x + (low_m - y0) * slope if low_m < y1 else x1
-        return (x0 - _MARGIN_M, x1 + _MARGIN_M) if x0 < x1 else (x1 - _MARGIN_M, x0 + _MARGIN_M)
+        if x0 < x1:
+            return x0 - _MARGIN_M, x1 + _MARGIN_M
+        return x1 - _MARGIN_M, x0 + _MARGIN_M
 
     def is_near(self, x: float, y: float, clearance_m: float) -> bool:
         """Whether a point is nearer to the side than ``clearance_m``."""
@@ -135,11 +137,11 @@ class SweepLine:
     def reaches(self, low_m: float, high_m: float) -> bool:
         """Go up to the next row; return whether any obstacle can be near its points."""
         waiting = self._waiting
-        here = [each for each in self._here if each.top_m >= low_m]
+        here = [part for part in self._here if part.top_m >= low_m]
         while waiting and waiting[-1].bottom_m <= high_m:
-            each = waiting.pop()
-            if each.top_m >= low_m:
-                here.append(each)
+            part = waiting.pop()
+            if part.top_m >= low_m:
+                here.append(part)
         self._here = here
         return bool(here)
 
@@ -154,13 +156,13 @@ class SweepLine:
         # The number of a polygon: the ends of runs of points, from the row's first point on, that have a side to their
         # right. A point that is in an odd number of runs is inside.
         runs: dict[int, list[int]] = {}
-        for each in self._here:
-            if isinstance(each, _Round):
-                yield from self._in_disc(each, row)
+        for part in self._here:
+            if isinstance(part, _Round):
+                yield from self._in_disc(part, row)
                 continue
-            yield from self._near_side(each, row)
-            if each.is_solid:
-                self._cross(each, row, runs.setdefault(each.shape, []))
+            yield from self._near_side(part, row)
+            if part.is_solid:
+                self._cross(part, row, runs.setdefault(part.shape, []))
         for shape, ends in runs.items():
             ends.sort(reverse=True)
             for end, first in zip(ends[::2], (*ends[1::2], 0), strict=False):
@@ -179,7 +181,7 @@ class SweepLine:
     def _cross(self, side: _Side, row: PointRow, runs: list[int]) -> None:
         """Add the runs of points whose rays to the right cross a side."""
         low_m, high_m, x_m, y_m = row
-        bottom_m, top_m = (side.y0, side.y1) if side.y0 < side.y1 else (side.y1, side.y0)
+        bottom_m, top_m = min(side.y0, side.y1), max(side.y0, side.y1)
         if bottom_m > high_m or top_m <= low_m or bottom_m == top_m:
             return
         left, right = side.span(low_m, high_m)
@@ -201,7 +203,9 @@ class SweepLine:
         least_m = math.sqrt(max(reach_m * reach_m - farthest_m * farthest_m, 0.0)) - _MARGIN_M
         first, end = bisect_left(x_m, x - most_m), bisect_right(x_m, x + most_m)
         # Whatever their y is, these are inside.
-        sure, sure_end = (bisect_left(x_m, x - least_m), bisect_right(x_m, x + least_m)) if least_m > 0 else (end, end)
+        sure = sure_end = end
+        if least_m > 0:
+            sure, sure_end = bisect_left(x_m, x - least_m), bisect_right(x_m, x + least_m)
         if sure < sure_end:
             yield disc.shape, sure, sure_end
         self._budget.take(sure - first + end - sure_end)
