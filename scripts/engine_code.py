@@ -87,13 +87,14 @@ def register() -> None:
 
     from motorcade.car import brain, frames, next_wakeup, step
     from motorcade.engine import backend, events
+    from motorcade.mats import plane
     from motorcade.words import infrared, ticks
 
     # No kernel counts from the end of an array. To allow for that at each access took a fifth of the time, and no
     # loop became one of vectors.
     numba.np.arrayobj.fix_integer_index = _to_index
     # Portable functions can't be decorated where they stand.
-    plain = (ticks, infrared, brain, frames, next_wakeup, step, events)
+    plain = (ticks, infrared, brain, frames, next_wakeup, step, events, plane)
     found = ((module, each) for module in plain for each in vars(module).values())
     portable = [each for module, each in found if isinstance(each, FunctionType) and each.__module__ == module.__name__]
     for function in (*backend.FUNCTIONS, *portable):

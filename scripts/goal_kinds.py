@@ -6,7 +6,7 @@ from scripts.typescript import constant
 
 from motorcade.config.check import Schema
 from motorcade.missions.goal import GROUPS, TIMES
-from motorcade.missions.kinds import GOALS
+from motorcade.missions.schema import GOALS
 
 _HEAD = """/** The kinds of a mission's goals, and the keys of each. Written by scripts/generate.py; don't edit. */
 """

@@ -23,7 +23,7 @@ def needed_files(
         starts: Python files, in the package or elsewhere.
         package: the folder of the package motorcade.
         lazily: whether imports inside functions count.
-        within: the folders of the package into which imports are followed; empty for all.
+        within: the folders and modules of the package into which imports are followed; empty for all.
     """
     needed: set[Path] = set()
     waiting = list(starts)
@@ -35,7 +35,7 @@ def needed_files(
         waiting += (folder / "__init__.py" for folder in file.parents if folder.is_relative_to(package))
         for name in _imported(ast.parse(file.read_bytes()), lazily):
             parts = name.split(".")[1:]
-            if within and parts[0] not in within:
+            if within and parts[0] not in within and ".".join(parts) not in within:
                 continue
             path = package.joinpath(*parts)
             waiting += [found for found in (path.with_suffix(".py"), path / "__init__.py") if found.is_file()]

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motorcade.engine import layout
-from motorcade.engine.geometry import nearest_of_segment
 from motorcade.engine.world import open_backend
+from motorcade.mats.plane import nearest_of_segment
 from support.worlds import Case, cases
 
 

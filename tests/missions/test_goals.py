@@ -7,7 +7,7 @@ import pytest
 from motorcade.locales import languages
 from motorcade.missions.check import grade_of
 from motorcade.missions.goal import EVERY_MS, TIMES
-from motorcade.missions.kinds import GOALS
+from motorcade.missions.schema import GOALS
 from motorcade.missions.watch import MissionWatch, goal_phrase
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program

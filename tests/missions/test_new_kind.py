@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from motorcade.missions.kinds import GOALS
+from motorcade.missions.schema import GOALS
 from support.waiting import DEADLINE_S
 
 ROOT = Path(__file__).parents[2]

@@ -14,9 +14,10 @@ from motorcade.config.profile import Profile
 from motorcade.engine import layout
 from motorcade.engine.backend import allocate_all
 from motorcade.engine.events import KINDS, LOSS_REASONS
-from motorcade.engine.geometry import FULL_TURN, NORMALS, cross, is_shaded, mix, nearest_of_segment
+from motorcade.engine.geometry import FULL_TURN, NORMALS, cross, is_shaded, mix
 from motorcade.engine.native import InterpretedKernels
 from motorcade.mats import Mat, Pose
+from motorcade.mats.plane import nearest_of_segment
 from motorcade.words.infrared import air_us, check_is_good, is_remote_control, ones, tag_of
 from support import plain_senses
 

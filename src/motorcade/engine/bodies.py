@@ -16,8 +16,9 @@ from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.brain import LEFT, RIGHT
 from motorcade.engine.backend import in_kernel
 from motorcade.engine.cells import cell_of, cells_around
-from motorcade.engine.geometry import FAR_UM, cosine, disc_in_cone, mix, nearest_of_segment, segment_in_cone, sine
+from motorcade.engine.geometry import FAR_UM, cosine, disc_in_cone, mix, segment_in_cone, sine
 from motorcade.engine.state import CarArrays, Cells, Obstacles, People, Rules
+from motorcade.mats.plane import nearest_of_segment
 
 # The displacement of a car is how far it moves in a tick, in x and y, in units of 2^-DISPLACEMENT_BITS µm.
 DISPLACEMENT_BITS = 12

@@ -7,8 +7,8 @@ matter to a car in it are listed, the nearest first.
 import math
 
 from motorcade.engine.backend import in_kernel
-from motorcade.engine.geometry import nearest_of_segment
 from motorcade.engine.state import CarArrays, Cells, Floats, Obstacles, Words
+from motorcade.mats.plane import nearest_of_segment
 
 ORIGIN_X, ORIGIN_Y, PER_UM, COLUMNS, ROWS = range(5)
 # What rounding of a distance and of the corner of a cell can make, µm.

@@ -25,6 +25,7 @@ from motorcade.engine.state import DRIVEN, Buffer, CarArrays, Floor, Rules
 from motorcade.errors import MatError, Phrase
 from motorcade.mats import Mat
 from motorcade.mats.model import path_of
+from motorcade.mats.plane import is_left_of
 
 ORIGIN_X, ORIGIN_Y, PER_UM, COLUMNS, ROWS, CELLS = range(6)
 _HALF, _X, _Y, _AROUND, _COUNT, _CORNERS = range(6)
@@ -169,7 +170,7 @@ def _outside_polygon(x: float, y: float, first: int, end: int, floor: Floor) -> 
         x1, y1 = floor[corner], floor[corner + 1]
         away_x, away_y = _away(x, y, x0, y0, x1, y1)
         nearest = min(nearest, away_x * away_x + away_y * away_y)
-        if (y0 > y) != (y1 > y) and x < x0 + (y - y0) / (y1 - y0) * (x1 - x0):
+        if is_left_of(x, y, x0, y0, x1, y1):
             inside = not inside
         x0, y0 = x1, y1
     return -math.sqrt(nearest) if inside else math.sqrt(nearest)

@@ -11,6 +11,7 @@ from statistics import NormalDist
 
 from motorcade.engine.backend import in_kernel
 from motorcade.engine.state import Floats
+from motorcade.mats.plane import nearest_of_segment
 
 FULL_TURN = 1 << 32
 QUARTER_TURN = 1 << 30
@@ -46,18 +47,6 @@ def cosine(heading: int, cosines: Floats) -> float:
 def sine(heading: int, cosines: Floats) -> float:
     """The sine of a binary angle, within 3e-7."""
     return cosine(int(heading) - QUARTER_TURN, cosines)
-
-
-@in_kernel
-def nearest_of_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> tuple[float, float]:
-    """The point of a segment nearest to (x, y)."""
-    along_x, along_y = x1 - x0, y1 - y0
-    squared = along_x * along_x + along_y * along_y
-    if squared == 0.0:
-        return x0, y0
-    part = ((x - x0) * along_x + (y - y0) * along_y) / squared
-    part = min(max(part, 0.0), 1.0)
-    return x0 + part * along_x, y0 + part * along_y
 
 
 @in_kernel

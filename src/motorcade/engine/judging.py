@@ -13,8 +13,9 @@ from typing import NamedTuple
 
 from motorcade.car.brain import lit_led
 from motorcade.engine.backend import in_kernel
-from motorcade.engine.geometry import FULL_TURN, nearest_of_segment
+from motorcade.engine.geometry import FULL_TURN
 from motorcade.engine.state import CarArrays, Floats, Ints, Rules, Singles
+from motorcade.mats.plane import is_left_of, nearest_of_segment
 from motorcade.words.ticks import TICKS_MASK
 
 # What is asked.
@@ -71,7 +72,7 @@ def to_outline_m(corners: Floats | Sequence[float], first: int, count: int, x: f
     x0, y0 = corners[first + 2 * count - 2], corners[first + 2 * count - 1]
     for k in range(count):
         x1, y1 = corners[first + 2 * k], corners[first + 2 * k + 1]
-        if (y0 > y) != (y1 > y) and x < x0 + (y - y0) / (y1 - y0) * (x1 - x0):
+        if is_left_of(x, y, x0, y0, x1, y1):
             inside = not inside
         near_x, near_y = nearest_of_segment(x, y, x0, y0, x1, y1)
         nearest = min(nearest, apart_m(x, y, near_x, near_y))

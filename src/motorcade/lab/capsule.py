@@ -148,7 +148,7 @@ def verify(path: Path, sample: int | None, workers: Workers, bar: ProgressBar) -
 def _difference(plan: Plan, row: dict[str, Any], expected: bytes) -> RunDifference:
     # Another number of bytes is a difference at the beginning.
     stored_bytes = (expected or b"").ljust(len(row[DIGESTS]), b"\0")[: len(row[DIGESTS])]
-    found, stored = (np.frombuffer(each, "<u8") for each in (row[DIGESTS], stored_bytes))
+    found, stored = (np.frombuffer(digests, "<u8") for digests in (row[DIGESTS], stored_bytes))
     cell = row["run"] // len(plan.sweep.seeds)
     ticks = checkpoint_ticks(plan.sweep.duration_ms // plan.tick_ms(cell), plan.checkpoints)
     differs = (found != stored).reshape(len(ticks), -1)
@@ -169,8 +169,8 @@ def _opened(path: Path) -> Iterator[zipfile.ZipFile]:
                 part = archive.testzip()
                 raise MotorcadeError("capsule-changed", file=path, part=part or Phrase("capsule-directory"))
             members = archive.infolist()
-            is_bare = all(each.compress_type == zipfile.ZIP_STORED for each in members)
-            if not is_bare or sum(each.file_size for each in members) > len(data):
+            is_bare = all(member.compress_type == zipfile.ZIP_STORED for member in members)
+            if not is_bare or sum(member.file_size for member in members) > len(data):
                 raise MotorcadeError("not-a-capsule", file=path)
             yield archive
     except _MADE_UP:
@@ -215,8 +215,8 @@ def _plan(archive: zipfile.ZipFile, name: str, about: "_About") -> Plan:
         programs.append((image, profile))
     files = [f"mats/{number}.json" for number in range(len(sweep.mats))]
     mats = [
-        mat_of(parse(archive.read(each), "JSON", f"{name}/{each}"), f"{name}/{each}") if each in there else None
-        for each in files
+        mat_of(parse(archive.read(file), "JSON", f"{name}/{file}"), f"{name}/{file}") if file in there else None
+        for file in files
     ]
     plan = Plan(sweep, programs, mats, about.versions["motorcade"], with_digests=True)
     if not 1 <= about.checkpoints <= plan.checkpoints:

@@ -87,8 +87,8 @@ class ParallelCars(ParallelEnv[str, Singles, Numbers]):
         self.agents: list[str] = []
         self.columns, self.choices = tuple(stepped.columns), stepped.choices
         spaces = {agent: _spaces(stepped) for agent in self.possible_agents}
-        self.observation_spaces = {agent: each[0] for agent, each in spaces.items()}
-        self.action_spaces = {agent: each[1] for agent, each in spaces.items()}
+        self.observation_spaces = {agent: pair[0] for agent, pair in spaces.items()}
+        self.action_spaces = {agent: pair[1] for agent, pair in spaces.items()}
         least, most = np.array(list(stepped.state_columns.values()), np.float32).T
         cars = stepped.world.cars
         self.state_space = Box(np.tile(least, cars), np.tile(most, cars))

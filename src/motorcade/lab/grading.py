@@ -77,7 +77,7 @@ def _positions_um(world: World) -> _Positions:
     """Where the cars are: x and y, (worlds, cars), by car numbers, in µm."""
     shape = world.worlds, world.cars
     order = np.argsort(np.reshape(world.state.number, shape), axis=1)
-    x, y = (np.take_along_axis(np.reshape(each, shape), order, 1) for each in (world.state.x, world.state.y))
+    x, y = (np.take_along_axis(np.reshape(column, shape), order, 1) for column in (world.state.x, world.state.y))
     return x, y
 
 
@@ -107,8 +107,11 @@ class _Visits:
     def note(self, x_um: NDArray[np.int32], y_um: NDArray[np.int32]) -> None:
         """Note where the cars are now."""
         column, row = (
-            ((each / 1e6 - corner) // _SQUARE_M).astype(int).clip(0, count - 1)
-            for each, corner, count in ((x_um, self._corner_m[0], self._columns), (y_um, self._corner_m[1], self._rows))
+            ((places_um / 1e6 - corner) // _SQUARE_M).astype(int).clip(0, count - 1)
+            for places_um, corner, count in (
+                (x_um, self._corner_m[0], self._columns),
+                (y_um, self._corner_m[1], self._rows),
+            )
         )
         self._seen[self._worlds, row * self._columns + column] = True
 

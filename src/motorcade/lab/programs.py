@@ -86,7 +86,7 @@ class ProgramSource:
 
     def _simple_step(self, random: Random, kind: type[Step], joined: bool = False) -> Step:
         own = own_fields(kind)
-        values = {each.name: _value(random, each) for each in own if not (joined and kind.accompanies)}
+        values = {its_field.name: _value(random, its_field) for its_field in own if not (joined and kind.accompanies)}
         return kind(**values)
 
     def _changed(self, random: Random, program: Program) -> Program:
@@ -124,7 +124,7 @@ class ProgramSource:
             at = random.randrange(len(step.steps))
             parts = step.steps
             return TogetherStep((*parts[:at], self._tweaked(random, parts[at]), *parts[at + 1 :]))
-        fields = [each for each in own_fields(type(step)) if getattr(step, each.name) is not None]
+        fields = [its_field for its_field in own_fields(type(step)) if getattr(step, its_field.name) is not None]
         if not fields:
             return step
         field = random.choice(fields)

@@ -30,8 +30,8 @@ from motorcade.lab.plan import code_hash
 from motorcade.lab.programs import ProgramSource
 from motorcade.lab.run import ProgressBar, Workers, no_bar
 from motorcade.missions.check import check_program
-from motorcade.missions.kinds import GOALS
 from motorcade.missions.model import Mission
+from motorcade.missions.schema import GOALS
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program, count_blocks
 from motorcade.runs.drawing import picture_text
@@ -116,7 +116,7 @@ class BestPrograms:
 
     def ranked(self) -> list[Candidate]:
         """All of them, the best first."""
-        return sorted(self._best.values(), key=lambda each: -each.quality)
+        return sorted(self._best.values(), key=lambda candidate: -candidate.quality)
 
     def draw(self, picture: Path, title: str) -> None:
         """Draw the map into a PNG, SVG or PDF file: colours are grades, numbers are blocks. Raises OSError."""
@@ -124,11 +124,11 @@ class BestPrograms:
         axes = figure.add_subplot()
         edges_x, edges_y = (np.linspace(0, most, _CELLS + 1) for most in (1, _MOST_WORDS))
         grades = np.full((_CELLS, _CELLS), np.nan)
-        for (column, row), each in self._best.items():
-            grades[row, column] = grade = each.mean.grade
+        for (column, row), candidate in self._best.items():
+            grades[row, column] = grade = candidate.mean.grade
             middle = float(edges_x[column : column + 2].mean()), float(edges_y[row : row + 2].mean())
             colour = "black" if grade > 0.6 else "white"
-            axes.text(*middle, str(each.blocks), ha="center", va="center", color=colour)
+            axes.text(*middle, str(candidate.blocks), ha="center", va="center", color=colour)
         mesh = axes.pcolormesh(edges_x, edges_y, grades, cmap="viridis", vmin=0, vmax=1)
         figure.colorbar(mesh, ax=axes, label=picture_text("picture-grade"))
         axes.set_xlabel(picture_text("picture-coverage"))
@@ -236,10 +236,10 @@ def _outcomes(line: Any, batch: Sequence[Tried]) -> list[Graded] | None:
         tried = msgspec.convert(line, _BatchLine).programs
     except msgspec.ValidationError:
         return None
-    expected = [(each.program.as_dict(), len(seeds)) for each, seeds in batch]
-    if [(each.program, len(each.runs)) for each in tried] != expected:
+    expected = [(candidate.program.as_dict(), len(seeds)) for candidate, seeds in batch]
+    if [(candidate.program, len(candidate.runs)) for candidate in tried] != expected:
         return None
-    return [run for each in tried for run in each.runs]
+    return [run for candidate in tried for run in candidate.runs]
 
 
 class Search:
@@ -280,7 +280,7 @@ class Search:
         self.best = BestPrograms(seed)
         self.done = 0
         self._seed, self._ahead, self._start = seed, ahead, deque(start)
-        document = json.dumps([mission.document, [each.as_dict() for each in start]], sort_keys=True)
+        document = json.dumps([mission.document, [program.as_dict() for program in start]], sort_keys=True)
         self.contents = {
             "mission": f"{mission.id} {hashlib.sha256(document.encode()).hexdigest()[:16]}",
             "method": method,
@@ -317,7 +317,7 @@ class Search:
                     taken = self._taken
                     batch = self._batches[taken]
                     self._take(taken, results.pop(taken))
-                    archive.append({"programs": [each.to_dict(seeds) for each, seeds in batch]})
+                    archive.append({"programs": [candidate.to_dict(seeds) for candidate, seeds in batch]})
                 advance(min(self.done, self.runs))
 
     def _numbers(self) -> Iterator[int | None]:
@@ -330,7 +330,7 @@ class Search:
         batch = self._batches[index]
         programs = [number for number, (_, seeds) in enumerate(batch) for _ in seeds]
         seeds = [seed for _, seeds in batch for seed in seeds]
-        images = tuple(each.image for each, _ in batch)
+        images = tuple(candidate.image for candidate, _ in batch)
         return GradingTask(code_hash(GRADED_BY), self.mission, images, tuple(programs), tuple(seeds))
 
     def _make(self) -> None:
@@ -356,9 +356,9 @@ class Search:
             candidate.runs += [next(outcomes) for _ in seeds]
             if len(candidate.runs) == len(self.mission.seeds):
                 self.best.add(candidate)
-                insort(self._raced, candidate, key=lambda each: -each.quality)
+                insort(self._raced, candidate, key=lambda other: -other.quality)
             if len(candidate.runs) == len(seeds):
-                insort(self._begun, candidate, key=lambda each: -each.runs[0].grade)
+                insort(self._begun, candidate, key=lambda other: -other.runs[0].grade)
         if number in self._waiting:
             self._waiting.remove(number)
         self.done += len(runs)
@@ -386,24 +386,27 @@ class Search:
         rest = self.mission.seeds[1:]
         if not rest:
             return []
-        best = (each for each in self._begun[: len(self._begun) // _OF] if not each.is_chosen)
+        best = (candidate for candidate in self._begun[: len(self._begun) // _OF] if not candidate.is_chosen)
         chosen = list(islice(best, _BATCH_RUNS // 2 // len(rest)))
-        for each in chosen:
-            each.is_chosen = True
-        return [(each, rest) for each in chosen]
+        for candidate in chosen:
+            candidate.is_chosen = True
+        return [(candidate, rest) for candidate in chosen]
 
     def save_best(self, folder: Path) -> list[tuple[Path, Candidate]]:
         """Write the best programs as projects with the mission's mat, which the studio opens. Raises OSError."""
         saved = []
-        for number, each in enumerate(self.best.ranked()[:_SAVED], start=1):
+        for number, candidate in enumerate(self.best.ranked()[:_SAVED], start=1):
             path = folder / f"best-{number}.motorcade.json"
-            project = each.program.as_dict() | {"mat": self.mission.mat_document}
+            project = candidate.program.as_dict() | {"mat": self.mission.mat_document}
             replace_file(path, (json.dumps(project, indent=1, ensure_ascii=False) + "\n").encode())
-            saved.append((path, each))
+            saved.append((path, candidate))
         return saved
 
     def shortest(self) -> Candidate | None:
         """The shortest program in the archive that the check gives all stars; None where there is none."""
-        solved = sorted((each for each in self.best.ranked() if each.mean.grade == 1), key=lambda each: each.blocks)
-        stars = self.mission.stars
-        return next((each for each in solved if len(check_program(self.mission, each.program).stars) == stars), None)
+        solved = [candidate for candidate in self.best.ranked() if candidate.mean.grade == 1]
+        for candidate in sorted(solved, key=lambda candidate: candidate.blocks):
+            checked = check_program(self.mission, candidate.program)
+            if len(checked.stars) == self.mission.stars:
+                return candidate
+        return None

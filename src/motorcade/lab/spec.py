@@ -110,8 +110,8 @@ def _changed(profile: Profile, changed: tuple[tuple[str, Value], ...]) -> Profil
     for name, value in changed:
         *tables, key = name.split(".")
         table = document
-        for each in tables:
-            table = table[each]
+        for name_of_table in tables:
+            table = table[name_of_table]
         key, _, index = key.removesuffix("]").partition("[")
         if index:
             levels = list(table[key])
@@ -358,7 +358,7 @@ def _seeds(seeds: Any, file: str) -> Sequence[int]:
 def _points(values: dict[str, Any], file: str) -> Grid | Sample:
     if "sample" not in values:
         lists = values.get("grid", {})
-        return Grid({name: tuple(to_value(name, each) for each in lists[name]) for name in lists})
+        return Grid({name: tuple(to_value(name, given) for given in lists[name]) for name in lists})
     if "grid" in values:
         raise MotorcadeError("grid-and-sample", file=file)
     sample = values["sample"]

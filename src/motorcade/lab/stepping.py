@@ -233,7 +233,7 @@ class SteppedWorlds:
         world = self._world_with(checked_images(chosen.get("images", self._images)))
         world.reset([(first + number) % (MOST_SEED + 1) for number in range(world.worlds)])
         if chosen.get("random_starts"):
-            world.place_cars([random_starts(world.mat, world.profile, each) for each in world.seeds])
+            world.place_cars([random_starts(world.mat, world.profile, seed) for seed in world.seeds])
         elif "places" in chosen:
             world.place_cars([starts_of(chosen["places"], world.mat)] * world.worlds)
         self.world, self._next_seed, self.has_begun = world, (first + world.worlds) % (MOST_SEED + 1), True

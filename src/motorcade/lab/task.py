@@ -64,7 +64,7 @@ def run_task(task: Task) -> bytes:
     for batch in task.batches:
         columns = {"run": range(first_run, first_run + len(batch.seeds)), **_rows(batch, task)}
         # What is undefined, and thus NaN, becomes null.
-        arrays = [pa.array(columns[each.name], each.type, from_pandas=True) for each in schema]
+        arrays = [pa.array(columns[column.name], column.type, from_pandas=True) for column in schema]
         tables.append(pa.Table.from_arrays(arrays, schema=schema))
         first_run += len(batch.seeds)
     sink = pa.BufferOutputStream()
@@ -104,7 +104,7 @@ def _run(world: "World", task: Task) -> dict[str, list[bytes]]:
     for tick in checkpoint_ticks(task.duration_ms // world.tick_ms, task.checkpoints):
         world.run((tick - world.tick) * world.tick_ms)
         found.append(car_digests(world).astype("<u8"))
-    return {DIGESTS: [each.tobytes() for each in np.stack(found, axis=1)]}
+    return {DIGESTS: [digests.tobytes() for digests in np.stack(found, axis=1)]}
 
 
 def checkpoint_ticks(ticks: int, checkpoints: int) -> list[int]:

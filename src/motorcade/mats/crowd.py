@@ -78,7 +78,8 @@ def place_crowd(
 def _generator(seed: int) -> Random:
     """A Mersenne Twister that begins as the reference implementation does (init_genrand, Matsumoto and Nishimura 2002).
 
-    `random.seed` begins in another way. Crowds keep their places with this one, whatever Python changes there.
+    `random.seed` begins in another way, and `Random.shuffle` draws in another way than `_shuffle`: with either, the
+    crowds of all mats there are, and so the runs of missions, would change.
     """
     words = [seed]
     for number in range(1, _RANDOM_WORDS):

@@ -79,7 +79,7 @@ def mat_without_cars(document: Any, file: Text) -> tuple[Mat, dict[str, Any]]:
         tick_ms=checked["tick_ms"],
         size_m=_floats(checked.get("size_m")),
         walled=checked["edge"] == "wall",
-        **{each.field: tuple(map(_SHAPES[each.shape][0], _floats(checked[each.key]))) for each in THINGS},
+        **{thing.field: tuple(map(_SHAPES[thing.shape][0], _floats(checked[thing.key]))) for thing in THINGS},
         physics=Physics(**_floats(checked["physics"])),
     )
     return mat, checked
@@ -158,7 +158,7 @@ def document_of(mat: Mat) -> dict[str, Any]:
         "name": mat.name,
         "tick_ms": mat.tick_ms,
         "edge": "wall" if mat.walled else "open",
-        **{each.key: _tables_of(mat, each.field, _SHAPES[each.shape][1]) for each in THINGS},
+        **{thing.key: _tables_of(mat, thing.field, _SHAPES[thing.shape][1]) for thing in THINGS},
         "physics": {key: value for key, value in asdict(mat.physics).items() if value is not None},
     }
     if mat.size_m is not None:
@@ -188,19 +188,23 @@ def cars_of(starts: Starts) -> list[dict[str, Any]]:
 def _without_numpy(value: Any) -> Any:
     """Convert NumPy's numbers to Python's, at every depth."""
     if isinstance(value, dict):
-        return {key: _without_numpy(each) for key, each in value.items()}
+        return {key: _without_numpy(part) for key, part in value.items()}
     if isinstance(value, list | tuple):
-        return [_without_numpy(each) for each in value]
-    return value.tolist() if hasattr(value, "tolist") else value
+        return [_without_numpy(part) for part in value]
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    return value
 
 
 def _floats(value: Any) -> Any:
     """Return a part of a document with its numbers as floats and its lists as tuples, at every depth."""
     if isinstance(value, dict):
-        return {key: _floats(each) for key, each in value.items()}
+        return {key: _floats(part) for key, part in value.items()}
     if isinstance(value, list):
         return tuple(map(_floats, value))
-    return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
+    if isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    return value
 
 
 def _voice(at_s: float, word: str, centre_m: Point = (0.0, 0.0), radius_m: float | None = None) -> Voice:
@@ -208,8 +212,10 @@ def _voice(at_s: float, word: str, centre_m: Point = (0.0, 0.0), radius_m: float
 
 
 def _table_of_voice(voice: Voice) -> dict[str, Any]:
-    area = {} if voice.radius_m is None else {"centre_m": (voice.x_m, voice.y_m), "radius_m": voice.radius_m}
-    return {"at_s": voice.at_s, "word": voice.word, **area}
+    table: dict[str, Any] = {"at_s": voice.at_s, "word": voice.word}
+    if voice.radius_m is not None:
+        table |= {"centre_m": (voice.x_m, voice.y_m), "radius_m": voice.radius_m}
+    return table
 
 
 # Of each shape: a thing as `Mat` holds it, from its table; and its table.
@@ -235,7 +241,8 @@ def _place_cars(mat: Mat, cars: list[dict[str, Any]], crowds: list[dict[str, Any
     groups = [(f"car[{number}]", 1) for number in range(len(cars))]
     budget = Budget(total, file)
     for number, table in enumerate(crowds):
-        place, area = f"crowd[{number}]", {"corner_m": (0.0, 0.0), "size_m": mat.size_m} if mat.size_m else {}
+        place = f"crowd[{number}]"
+        area = {"corner_m": (0.0, 0.0), "size_m": mat.size_m} if mat.size_m else {}
         if "corner_m" not in table and not area:
             raise MatError("crowd-without-area", file=file, place=place)
         crowd = Crowd(file=file, place=place, **(area | table))

@@ -67,7 +67,7 @@ class Starts:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # A memoryview can't be pickled.
-        x_m, y_m, heading = (array("d", each.tobytes()) for each in (self.x_m, self.y_m, self.heading))
+        x_m, y_m, heading = (array("d", column.tobytes()) for column in (self.x_m, self.y_m, self.heading))
         return Starts, (x_m, y_m, heading, self.leads.tobytes(), self.groups)
 
     @property
@@ -214,9 +214,9 @@ class Mat:
     def __post_init__(self) -> None:
         instance_of(Starts, "starts", self.starts)
         # Arrays and numbers of NumPy's would get everywhere, and some of them are neither true nor false.
-        for each in fields(self):
-            if hasattr(value := getattr(self, each.name), "tolist"):
-                object.__setattr__(self, each.name, _as_tuples(value.tolist()))
+        for its_field in fields(self):
+            if hasattr(value := getattr(self, its_field.name), "tolist"):
+                object.__setattr__(self, its_field.name, _as_tuples(value.tolist()))
         tick_ms: Any = self.tick_ms
         if isinstance(tick_ms, float) and tick_ms.is_integer():
             object.__setattr__(self, "tick_ms", int(tick_ms))

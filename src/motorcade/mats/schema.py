@@ -31,7 +31,7 @@ def mat_schema() -> Schema:
             size_m=_size("the mat's width and height; its lower left corner is the origin"),
             edge=choice("open", "wall", title="what the mat's edge is", default="open"),
             floor=choice(*FLOORS, title="what the floor and the things on it look like", default=FLOORS[0]),
-            **{each.key: _tables(each.key, SHAPES[each.shape](each.phrase)) for each in THINGS},
+            **{thing.key: _tables(thing.key, SHAPES[thing.shape](thing.phrase)) for thing in THINGS},
             car=_tables("car", _car()),
             crowd=_tables("crowd", _crowd()),
             physics=_physics(),
@@ -142,7 +142,7 @@ def _tables(name: str, items: Schema) -> Schema:
 
 
 # What the devices declare; what is flat lies below all else.
-THINGS = tuple(sorted((each for device in DEVICES for each in device.things), key=lambda thing: not thing.is_flat))
+THINGS = tuple(sorted((thing for device in DEVICES for thing in device.things), key=lambda thing: not thing.is_flat))
 # The table of a thing of each shape.
 SHAPES: Mapping[str, Callable[[str], Schema]] = {
     "ends": lambda what: table(from_m=_point(f"where {what} begins"), to_m=_point(f"where {what} ends")),

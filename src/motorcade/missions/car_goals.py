@@ -75,11 +75,15 @@ class CarsGoal(AskedGoal):
     def nearness(self) -> float:
         """The mean of the cars that come nearest; for `always` by their first miss."""
         off = self.off
-        if self._is_always:
-            last_ms = max(self.last_ms, 1)
-            near = [1.0 if far == 0 else self.off_ms(place) / last_ms for place, far in enumerate(off)]
-        else:
-            near = [1.0 if far == 0 else self.half / (self.half + far) for far in off]
+        last_ms = max(self.last_ms, 1)
+        near = []
+        for place, far in enumerate(off):
+            if far == 0:
+                near.append(1.0)
+            elif self._is_always:
+                near.append(self.off_ms(place) / last_ms)
+            else:
+                near.append(self.half / (self.half + far))
         return _mean_of_best(near, self.needed)
 
     def state(self, is_over: bool) -> GoalState:
@@ -98,11 +102,11 @@ class CarsGoal(AskedGoal):
         return GoalState("open", None, why, cars)
 
     def _met(self, is_over: bool, done: int, count: int) -> GoalState:
-        t_ms = self.met_since_ms
+        why = done_phrase(done, count)
         if self._is_always:
-            t_ms = self.last_ms if is_over else None
+            return GoalState("met", self.last_ms, why) if is_over else GoalState("holds", None, why)
         is_for_good = is_over or self.asked.when == judging.SOME_MOMENT
-        return GoalState("met" if is_for_good else "holds", t_ms, done_phrase(done, count))
+        return GoalState("met" if is_for_good else "holds", self.met_since_ms, why)
 
 
 class _ZoneGoal(CarsGoal):
@@ -202,9 +206,11 @@ class Travelled(AskedGoal):
         return _mean_of_best([self._near(driven) for driven in self._driven], self.needed)
 
     def _near(self, driven: float) -> float:
-        enough = driven / self._least if self._least else 1.0
-        not_too_far = self._most / driven if driven else 1.0
-        return min(enough, not_too_far, 1.0)
+        if driven < self._least:
+            return driven / self._least
+        if driven > self._most:
+            return self._most / driven
+        return 1.0
 
 
 class Heading(CarsGoal):
@@ -262,7 +268,7 @@ class Lit(CarsGoal):
         when = AT[goal.values["at"]]
         led = goal.values["led"]
         # Before the first tick no LED is on.
-        window_ms = _window_ms(goal, least_ms=1 if when == judging.ALWAYS else 0)
+        window_ms = _window_ms(goal, least_ms=int(when == judging.ALWAYS))
         return Question(judging.LIT, when, led=NO_LED if led == "off" else led, window_ms=window_ms)
 
     @classmethod
@@ -318,11 +324,10 @@ class Together(GoalKind):
             if is_over or self.lost_ms is not None:
                 return GoalState("lost", self._apart_ms, why, (one, other))
             return GoalState("open", None, why, (one, other))
-        t_ms: int | None = self.since_ms
         if self._at == "always":
-            t_ms = self.now_ms if is_over else None
+            return self.kept(is_over, why)
         is_for_good = is_over or self._at == "some-moment"
-        return GoalState("met" if is_for_good else "holds", t_ms, why)
+        return GoalState("met" if is_for_good else "holds", self.since_ms, why)
 
     def nearness(self) -> float:
         if self._at == "always":

@@ -12,9 +12,9 @@ from motorcade.engine.simulation import Simulation
 from motorcade.errors import Phrase
 from motorcade.mats.model import Mat
 from motorcade.missions.goal import MOST_UNMET, GoalState, needed_of
-from motorcade.missions.kinds import GOALS
 from motorcade.missions.model import Goal, Mission
 from motorcade.missions.odds import Odds, OpenWorlds, Trial, other_seeds, works
+from motorcade.missions.schema import GOALS
 from motorcade.missions.watch import MissionWatch, begun_words, run_to_next
 from motorcade.program.compiler import compile_program
 from motorcade.program.decompiler import DecompileError, decompile
@@ -116,14 +116,14 @@ def _check(
             look(sight)
     states = {seed: watch.states() for seed, watch in watches.items()}
     grades = [watch.grades() for watch in watches.values()]
-    means = [fmean(each) for each in zip(*grades, strict=True)]
+    means = [fmean(of_goal) for of_goal in zip(*grades, strict=True)]
     results = [
         _tried(mission, goal, image, open_worlds)
         if GOALS[goal.kind].tries_other_seeds
         else _worst(mission, number, states, grade)
         for number, (goal, grade) in enumerate(zip(mission.goals, means, strict=True))
     ]
-    grade = fmean(grade_of(mission, each) for each in grades)
+    grade = fmean(grade_of(mission, of_run) for of_run in grades)
     if (steps := steps_result(mission, program)) is not None:
         results.insert(0, steps)
         grade *= steps.grade
@@ -139,9 +139,11 @@ def _tried(mission: Mission, goal: Goal, image: bytes, open_worlds: OpenWorlds) 
     failed = [trial.seed for trial in trials if not works(mission, trial)]
     done, count = len(trials) - len(failed), len(trials)
     why = Phrase("goal-works-count", done=done, count=count)
-    seed = failed[0] if failed else mission.seeds[0]
+    seed = [*failed, mission.seeds[0]][0]
     met = done >= needed_of(goal.values["share"], count)
-    grade = 1.0 if met else min(done / count / goal.values["share"], MOST_UNMET)
+    grade = 1.0
+    if not met:
+        grade = min(done / count / goal.values["share"], MOST_UNMET)
     return GoalResult(goal.kind, goal.star, met, seed, 0, why, grade=grade)
 
 
@@ -166,14 +168,17 @@ def grade_of(mission: Mission, grades: Iterable[float]) -> float:
     for goal, grade in zip(mission.goals, grades, strict=True):
         if not GOALS[goal.kind].tries_other_seeds:
             stars.setdefault(goal.star, []).append(grade)
-    means = {star: fmean(each) for star, each in stars.items()}
-    return fmean(mean if star == 1 else mean * means[1] for star, mean in means.items())
+    means = {star: fmean(of_star) for star, of_star in stars.items()}
+    first = means.pop(1)
+    return fmean([first, *(mean * first for mean in means.values())])
 
 
 def stars_of(results: Sequence[GoalResult]) -> frozenset[int]:
     """The stars whose goals are all met; none without the first."""
     earned = {goal.star for goal in results} - {goal.star for goal in results if not goal.met}
-    return frozenset(earned if 1 in earned else ())
+    if 1 not in earned:
+        return frozenset()
+    return frozenset(earned)
 
 
 def steps_result(mission: Mission, program: Program | None) -> GoalResult | None:

@@ -20,9 +20,8 @@ from motorcade.locales import FIRST, languages
 from motorcade.mats.document import check_mat, mat_of
 from motorcade.mats.model import Mat
 from motorcade.mats.schema import FORMAT as MAT_FORMAT
-from motorcade.missions.kinds import GOALS
 from motorcade.missions.model import Goal, Mission, Notes, Sentence, Wording, Zone
-from motorcade.missions.schema import PATHS, goal_schema, mission_schema
+from motorcade.missions.schema import GOALS, PATHS, goal_schema, mission_schema
 from motorcade.program.model import FORMAT as PROGRAM_FORMAT
 from motorcade.program.model import Program, program_from_dict, read_program
 
@@ -99,9 +98,9 @@ class _Reading:
         check_mat(mat, profile)
         zones = tuple(self._zone(zone, number) for number, zone in enumerate(checked["zone"]))
         names = [zone.name for zone in zones]
-        for number, each in enumerate(names):
-            if each in names[:number]:
-                raise self._fault("repeated-value", ("zone", number, "name"), value=each)
+        for number, zone_name in enumerate(names):
+            if zone_name in names[:number]:
+                raise self._fault("repeated-value", ("zone", number, "name"), value=zone_name)
         goals = tuple(self._goal(goal, number, mat, names) for number, goal in enumerate(checked["goal"]))
         self._check_goals(goals, mat)
         programs = {key: self._program(checked.get(key), key) for key in ("start", "solution", "near_miss")}
@@ -264,7 +263,7 @@ def _label(*path: str) -> Wording:
 def missions(folder: str = GALLERY) -> tuple[Mission, ...]:
     """The missions that come with Motorcade in GALLERY or LITERATURE, path by path and in order."""
     found = [built_in_mission(name) for name in _names(folder)]
-    return tuple(sorted(found, key=lambda each: (PATHS.index(each.document["path"]), each.document["order"])))
+    return tuple(sorted(found, key=lambda mission: (PATHS.index(mission.document["path"]), mission.document["order"])))
 
 
 @cache

@@ -23,7 +23,6 @@ from motorcade.missions.goal import (
     Attempt,
     GoalFault,
     GoalKind,
-    GoalProgress,
     GoalRun,
     GoalState,
     car_phrase,
@@ -81,9 +80,11 @@ class SlotGoal(GoalKind):
 
     def state(self, is_over: bool) -> GoalState:
         if not (self._slots.count and self.cars):
-            why = Phrase("goal-no-words") if self.cars else Phrase("goal-no-followers")
+            why = Phrase("goal-no-words" if self.cars else "goal-no-followers")
             # Nobody has lost anything before they first play.
-            return GoalState("lost" if self.now_ms else "open", 0 if self.now_ms else None, why)
+            if not self.now_ms:
+                return GoalState("open", None, why)
+            return GoalState("lost", 0, why)
         if is_over:
             self._judge_until(math.inf)
         return self.judged_state(is_over)
@@ -135,14 +136,16 @@ class InStep(SlotGoal):
             self._done += 1
 
     def nearness(self) -> float:
-        return self._done / self._slots.count if self._slots.count else 0.0
+        count = self._slots.count
+        return self._done / max(count, 1)
 
     def judged_state(self, is_over: bool) -> GoalState:
         if self._lost:
             return self._lost
-        progress: GoalProgress = "met" if is_over else "holds" if self._judged else "open"
         why = Phrase("goal-step-so-far", late_ms=self._worst_ms)
-        return GoalState(progress, self.now_ms if is_over else None, why)
+        if is_over:
+            return GoalState("met", self.now_ms, why)
+        return GoalState("holds" if self._judged else "open", None, why)
 
 
 class NoTouch(GoalKind):
@@ -174,7 +177,8 @@ class NoTouch(GoalKind):
         """The two cars that touch, or else the one that is nearest to a wall or an obstacle."""
         places = sorted(zip(moment.x_m, moment.y_m, range(len(moment.x_m)), strict=True))
         best = self._diameter_m + _TOUCH_M
-        found: tuple[int, ...] = (min(places, key=lambda each: self._clearance_m(*each[:2]))[2],)
+        nearest = min(places, key=lambda place: self._clearance_m(place[0], place[1]))
+        found: tuple[int, ...] = (nearest[2],)
         for at, (x, y, car) in enumerate(places):
             for other_x, other_y, other in places[at + 1 :]:
                 if other_x - x > best:
@@ -186,8 +190,10 @@ class NoTouch(GoalKind):
 
     def _clearance_m(self, x: float, y: float) -> float:
         """How far a point is from what stands on the mat, or from its walled edge."""
-        apart = (math.hypot(each.x_m - x, each.y_m - y) - each.thick_m for each in surfaces(self._mat, x, y))
-        return min(apart, default=math.inf)
+        nearest_m = math.inf
+        for surface in surfaces(self._mat, x, y):
+            nearest_m = min(nearest_m, math.hypot(surface.x_m - x, surface.y_m - y) - surface.thick_m)
+        return nearest_m
 
     def nearness(self) -> float:
         """1 for a run without touches, 1/2 for touches of one second in all."""
@@ -195,8 +201,7 @@ class NoTouch(GoalKind):
 
     def state(self, is_over: bool) -> GoalState:
         if self.lost_ms is None:
-            why = Phrase("goal-no-touch-done")
-            return GoalState("met" if is_over else "holds", self.now_ms if is_over else None, why)
+            return self.kept(is_over, Phrase("goal-no-touch-done"))
         seconds = {"seconds": self.lost_ms / 1000, "touching": self._touching_ms / 1000}
         one, *others = map(car_phrase, self._who)
         why = Phrase("goal-touched-wall", car=one, **seconds)
@@ -246,12 +251,13 @@ class Heard(SlotGoal):
             if self._heard[car]:
                 why = Phrase("goal-heard-few", car=car_phrase(car), done=self._heard[car], count=self._judged)
             return GoalState("lost", self._end_ms(self._missed[car]), why, (car,))
-        progress: GoalProgress = "met" if done >= self.needed else "holds" if self._judged else "open"
         why = Phrase("goal-heard-so-far", done=done, count=self._judged * len(self.cars))
-        return GoalState(progress, self.now_ms if progress == "met" else None, why)
+        if done >= self.needed:
+            return GoalState("met", self.now_ms, why)
+        return GoalState("holds" if self._judged else "open", None, why)
 
     def nearness(self) -> float:
-        return sum(self._heard.values()) / self.needed if self.needed else 0.0
+        return sum(self._heard.values()) / max(self.needed, 1)
 
 
 class StoppedByVoice(GoalKind):
@@ -303,7 +309,9 @@ class StoppedByVoice(GoalKind):
         self._before = moment
 
     def nearness(self) -> float:
-        return (len(self.cars) - len(self._failed)) / self.needed if self._stops else 0.0
+        if not self._stops:
+            return 0.0
+        return (len(self.cars) - len(self._failed)) / self.needed
 
     def state(self, is_over: bool) -> GoalState:
         count = len(self.cars)
@@ -314,10 +322,9 @@ class StoppedByVoice(GoalKind):
             why = lost_phrase(f"goal-voice-{how}", car, done, count)
             return GoalState("lost", failed_ms, why, (car,))
         if not self._stops:
-            t_ms = self.now_ms if is_over else None
-            return GoalState("lost" if is_over else "open", t_ms, Phrase("goal-voice-open"))
-        why = done_phrase(done, count)
-        return GoalState("met" if is_over else "holds", self.now_ms if is_over else None, why)
+            why = Phrase("goal-voice-open")
+            return GoalState("lost", self.now_ms, why) if is_over else GoalState("open", None, why)
+        return self.kept(is_over, done_phrase(done, count))
 
 
 class ProgramGoal(GoalKind):
@@ -343,7 +350,7 @@ class ProgramGoal(GoalKind):
 
     def nearness(self) -> float:
         most = self.most()
-        return most / max(self.value(), most) if most else 0.0
+        return most / max(self.value(), most, 1e-9)
 
 
 class _CountGoal(ProgramGoal):

@@ -1,6 +1,6 @@
 """What every kind of goal has: the class that a kind derives from, and what it is given.
 
-A kind of goal is one class, in `car_goals`, `event_goals`, `score_goals` or `other_goals`; `kinds` finds them there.
+A kind of goal is one class, in `car_goals`, `event_goals`, `score_goals` or `other_goals`; `schema` finds them there.
 What belongs to the class says which keys such a goal has in a file, what it asks for in words, and what decides it. An
 object of the class follows one goal during one run: it takes the moments, and says how it stands and how near the run
 came.
@@ -23,7 +23,7 @@ from motorcade.config.check import number as a_number
 from motorcade.engine import judging
 from motorcade.engine.moment import Event, Moment
 from motorcade.errors import Phrase
-from motorcade.mats.model import Mat
+from motorcade.mats.model import Corners, Disc, Mat
 from motorcade.mats.schema import FARTHEST_M, SHORTEST_M
 from motorcade.missions.model import Goal, Mission, Wording, Zone
 from motorcade.words.image import parse_image_bytes
@@ -123,7 +123,9 @@ class Question(NamedTuple):
     @property
     def first_off(self) -> float:
         """How far a car is from meeting it before the first moment; how far it drove."""
-        return 0.0 if self.when == judging.ALWAYS or self.what == judging.TRAVELLED else math.inf
+        if self.when == judging.ALWAYS or self.what == judging.TRAVELLED:
+            return 0.0
+        return math.inf
 
 
 class MadeOnce:
@@ -174,13 +176,14 @@ class Attempt(MadeOnce):
         rows, figures, corners, who = lists
         self.asked[number] = question
         self.rows[number] = len(rows), len(who)
-        zone = question.zone
-        sides = zone.corners if zone else ()
+        sides: Corners = ()
+        disc: Disc = (0.0, 0.0, 0.0)
+        if question.zone is not None:
+            sides, disc = question.zone.corners, question.zone.disc
         needed = needed_of(goal.values["share"], len(goal.cars))
         cars_of_it = needed, len(who), len(goal.cars)
         area = len(corners), len(sides)
         rows.append([question.what, question.when, *question.window_ms, *cars_of_it, *area, question.led])
-        disc = zone.disc if zone else (0.0, 0.0, 0.0)
         figures.append([*question.figures, *disc])
         corners.extend(chain.from_iterable(sides))
         who.extend(goal.cars)
@@ -272,13 +275,16 @@ class GoalKind(ABC):
         """Name the cars of a goal, or how many of them must meet it."""
         group, count = goal.values["who"], len(goal.cars)
         if isinstance(group, list):
-            name = Phrase("goal-who-cars" if count > 1 else "goal-who-one-car", cars=", ".join(map(str, group)))
+            key = "goal-who-cars" if count > 1 else "goal-who-one-car"
+            name = Phrase(key, cars=", ".join(map(str, group)))
         elif count > 1:
             name = Phrase(f"goal-who-{group}", count=count)
         else:
             name = Phrase(f"goal-who-one-{group}")
         needed = needed_of(goal.values.get("share", 1), count)
-        return Phrase("goal-who-some", needed=needed, who=name) if needed < count else name
+        if needed < count:
+            return Phrase("goal-who-some", needed=needed, who=name)
+        return name
 
     @classmethod
     def fault(cls, goal: Goal, others: Sequence[tuple[Goal, type["GoalKind"]]], mat: Mat) -> GoalFault | None:
@@ -311,7 +317,13 @@ class GoalKind(ABC):
 
     def grade(self, is_over: bool) -> float:
         """1 where the goal is met; else how near the run came to it, 0 to `MOST_UNMET`."""
-        return 1.0 if self.state(is_over).progress == "met" else min(self.nearness(), MOST_UNMET)
+        if self.state(is_over).progress == "met":
+            return 1.0
+        return min(self.nearness(), MOST_UNMET)
+
+    def kept(self, is_over: bool, why: Phrase) -> GoalState:
+        """Return how it stands with a goal that is met as long as nothing goes wrong, which nothing has."""
+        return GoalState("met", self.now_ms, why) if is_over else GoalState("holds", None, why)
 
     def note(self, is_met: bool) -> None:
         """Note whether the goal is met at this moment."""
@@ -351,8 +363,10 @@ class AskedGoal(GoalKind):
         """The last moment that counts; 0 before it."""
         from_ms, until_ms = self.asked.window_ms
         times_ms = self.run.times_ms
-        before = bisect_right(times_ms, until_ms)
-        return times_ms[before - 1] if before and times_ms[before - 1] >= from_ms else 0
+        counted = bisect_right(times_ms, until_ms)
+        if counted and times_ms[counted - 1] >= from_ms:
+            return times_ms[counted - 1]
+        return 0
 
     @property
     def has_ended(self) -> bool:
@@ -374,7 +388,9 @@ def lost_phrase(key: str, car: int, done: int, count: int, **details: Any) -> Ph
 
 def done_phrase(done: int, count: int) -> Phrase:
     """Say how many cars did what is asked."""
-    return Phrase("goal-done") if done == count == 1 else Phrase("goal-done-by", done=done, count=count)
+    if done == count == 1:
+        return Phrase("goal-done")
+    return Phrase("goal-done-by", done=done, count=count)
 
 
 def needed_of(share: float, count: int) -> int:

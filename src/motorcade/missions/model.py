@@ -61,7 +61,7 @@ class Goal:
     """One goal.
 
     Attributes:
-        kind: a key of `motorcade.missions.kinds.GOALS`.
+        kind: a key of `motorcade.missions.schema.GOALS`.
         star: the star that it is for, 1 to 3.
         values: its other keys, with defaults.
         cars: the numbers of the cars that ``who`` names; empty where the kind has no ``who``.

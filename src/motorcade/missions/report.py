@@ -119,7 +119,8 @@ def _picture(mission: Mission, points: Sequence[Sequence[tuple[float, float]]]) 
     thing = 'fill="#666"'
     zone_style = f'fill="none" stroke="#0a7" stroke-dasharray="{4 * scale:.3f}"'
     parts = [outline(((x0, y0), (x1, y1)), 'stroke="#333"') for x0, y0, x1, y1 in mat.walls]
-    parts += [outline(each, thing) for each in mat.polygons] + [disc(*each, thing) for each in mat.discs]
+    parts += [outline(corners, thing) for corners in mat.polygons]
+    parts += [disc(*place, thing) for place in mat.discs]
     for zone in mission.zones:
         corners = zone.corners and (*zone.corners, zone.corners[0])
         parts.append(outline(corners, zone_style) if corners else disc(*zone.disc, zone_style))
@@ -139,12 +140,12 @@ def _picture(mission: Mission, points: Sequence[Sequence[tuple[float, float]]]) 
 def asked_goals(mission: Mission, result: Result, language: str) -> Iterator[tuple[str, GoalResult]]:
     """Yield each goal in words, and what came of it."""
     goals = iter(enumerate(mission.goals, start=1))
-    for each in result.goals:
-        if each.kind == STEPS:
-            yield Phrase("goal-steps").sentence(language), each
+    for found in result.goals:
+        if found.kind == STEPS:
+            yield Phrase("goal-steps").sentence(language), found
         else:
             number, goal = next(goals)
-            yield f"{number}. {goal_phrase(goal, mission).sentence(language)}", each
+            yield f"{number}. {goal_phrase(goal, mission).sentence(language)}", found
 
 
 def to_csv(checked: Iterable[Checked], mission: Mission, language: str) -> str:
@@ -153,14 +154,14 @@ def to_csv(checked: Iterable[Checked], mission: Mission, language: str) -> str:
     writer = csv.writer(text)
     words = [Phrase(f"report-{name}").sentence(language) for name in ("file", "stars", "grade", "lost", "problem")]
     writer.writerow(words)
-    for each in checked:
-        if each.result is None:
-            row = ["", "", "", each.problem.sentence(language) if each.problem else ""]
+    for entry in checked:
+        if entry.result is None:
+            row = ["", "", "", entry.problem.sentence(language) if entry.problem else ""]
         else:
-            goals = asked_goals(mission, each.result, language)
+            goals = asked_goals(mission, entry.result, language)
             lost = [f"{asked}: {goal.why.sentence(language)}" for asked, goal in goals if not goal.met]
-            row = [str(len(each.result.stars)), f"{each.result.grade:.2f}", " ".join(lost), ""]
-        writer.writerow([_cell(value) for value in (each.name, *row)])
+            row = [str(len(entry.result.stars)), f"{entry.result.grade:.2f}", " ".join(lost), ""]
+        writer.writerow([_cell(value) for value in (entry.name, *row)])
     return "\ufeff" + text.getvalue()
 
 
@@ -181,24 +182,24 @@ def to_html(checked: Sequence[Checked], mission: Mission, language: str) -> str:
         return escape(Phrase(f"report-{text}", **details).sentence(language))
 
     rows = []
-    for each in checked:
-        file = f"<th scope=row>{escape(each.name)}</th>"
-        if each.result is None:
-            problem = escape(each.problem.sentence(language)) if each.problem else ""
+    for entry in checked:
+        file = f"<th scope=row>{escape(entry.name)}</th>"
+        if entry.result is None:
+            problem = escape(entry.problem.sentence(language)) if entry.problem else ""
             rows.append(f"<tr class=refused><td></td>{file}<td>–</td><td>{problem}</td></tr>")
             continue
         goals = "".join(
             f"<li>✓ {escape(asked)}</li>"
             if goal.met
             else f"<li>✗ {escape(asked)} <b>{escape(goal.why.sentence(language))}</b></li>"
-            for asked, goal in asked_goals(mission, each.result, language)
+            for asked, goal in asked_goals(mission, entry.result, language)
         )
-        stars = "★" * len(each.result.stars) or "–"
-        picture = each.picture.replace("<svg ", f'<svg aria-label="{say("picture", file=each.name)}" ', 1)
+        stars = "★" * len(entry.result.stars) or "–"
+        picture = entry.picture.replace("<svg ", f'<svg aria-label="{say("picture", file=entry.name)}" ', 1)
         rows.append(f"<tr><td>{picture}</td>{file}<td>{stars}</td><td><ul>{goals}</ul></td></tr>")
     heads = "".join(f"<th scope=col>{say(name)}</th>" for name in ("run", "file", "stars", "goals"))
     title = say("title", name=mission.name)
-    passed = sum(bool(each.result and each.result.stars) for each in checked)
+    passed = sum(bool(entry.result and entry.result.stars) for entry in checked)
     table = base64.b64encode(to_csv(checked, mission, language).encode(errors="replace")).decode()
     return (
         f'<!doctype html><html lang="{escape(language)}"><meta charset=utf-8>'

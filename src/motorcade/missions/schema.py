@@ -9,8 +9,8 @@ from typing import Any
 from motorcade.config.check import Schema, allowed_as, choice, line, list_of, number, table, whole
 from motorcade.locales import languages
 from motorcade.mats.schema import mat_schema
-from motorcade.missions.goal import LONGEST_S, MOST_GOALS, ZONE
-from motorcade.missions.kinds import GOALS
+from motorcade.missions import car_goals, event_goals, other_goals, score_goals
+from motorcade.missions.goal import LONGEST_S, MOST_GOALS, ZONE, GoalKind
 from motorcade.missions.model import LEVELS
 from motorcade.program.model import program_schema
 from motorcade.program.steps import KINDS
@@ -23,6 +23,14 @@ MOST_SEEDS = 10
 _MOST_ZONES = 50
 _LONGEST_TEXT = 400
 _MOST_HINTS = 5
+# All kinds of goals, in the order in which their classes are declared.
+_DECLARED = [
+    declared
+    for module in (car_goals, event_goals, score_goals, other_goals)
+    for declared in vars(module).values()
+    if isinstance(declared, type) and issubclass(declared, GoalKind) and "name" in vars(declared)
+]
+GOALS: dict[str, type[GoalKind]] = {kind.name: kind for kind in _DECLARED}
 
 
 @cache

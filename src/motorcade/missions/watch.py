@@ -16,8 +16,8 @@ from motorcade.engine.simulation import Simulation
 from motorcade.engine.state import Buffer
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.missions.goal import EVERY_MS, Attempt, GoalKind, GoalRun, GoalState, lamp_name
-from motorcade.missions.kinds import GOALS
 from motorcade.missions.model import Goal, Mission, Wording
+from motorcade.missions.schema import GOALS
 
 # For each car sides of zones, and obstacles, that goals compare in a moment: some 20 ms.
 _MOST_COMPARED = 20_000

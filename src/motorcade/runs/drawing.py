@@ -58,7 +58,7 @@ def pictures_in(language: str) -> Iterator[str]:
     Yields the language that is written.
     """
     letters = {ord(letter) for letter in catalogue(language)["language"] if letter.isalpha()}
-    family = next((each for each in ("", *_CHINESE_FONTS) if _has_letters(each, letters)), None)
+    family = next((font for font in ("", *_CHINESE_FONTS) if _has_letters(font, letters)), None)
     token = _language.set(FIRST if family is None else language)
     try:
         with rc_context({"font.family": [*rcParams["font.family"], *([family] if family else [])]}):

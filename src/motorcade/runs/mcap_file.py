@@ -173,7 +173,7 @@ _CARS = {
     "properties": {
         **{name: {"type": "integer"} for name in ("t_ms", *WHICH)},
         "number": {"type": "array", "items": {"type": "integer"}},
-        **{each.recorded: _schema_of(each) for each in COLUMNS.values()},
+        **{column.recorded: _schema_of(column) for column in COLUMNS.values()},
     },
 }
 _EVENT = {name: {"type": "string" if name in ("kind", "why") else "integer"} for name in EVENT_FIELDS}
@@ -321,7 +321,7 @@ class McapRecording:
                 counts = message
                 continue
             columns: dict[str, Any] = {
-                name: np.array(message[each.recorded], each.packed) for name, each in COLUMNS.items()
+                name: np.array(message[column.recorded], column.packed) for name, column in COLUMNS.items()
             }
             yield Moment(**which, **columns, counts=counts)
 

@@ -119,8 +119,8 @@ class Recorder:
         every_ms = to_whole("every_ms", every_ms, 1, TICKS_MASK)
         self._world, self._events, self._progress, self._every_ms = world, events, progress, every_ms
         self._run, self._due_ms, self._last_ms = world.run_number, world.now_ms, -1
-        self._sinks = [each for each in targets if isinstance(each, Sink)]
-        self._kept = next((each for each in self._sinks if isinstance(each, InMemoryRecording)), None)
+        self._sinks = [target for target in targets if isinstance(target, Sink)]
+        self._kept = next((target for target in self._sinks if isinstance(target, InMemoryRecording)), None)
         paths = [Path(target) for target in targets if isinstance(target, str | Path)]
         for path in paths:
             check_writable(path, (DATA_ENDING, FILM_ENDING, *PICTURE_ENDINGS))

@@ -288,7 +288,7 @@ class WordColours:
         followers = dict.fromkeys(word for part in parts for word in part.followers)
         leaders = dict.fromkeys(word for part in parts for word in part.leader if word not in followers)
         colours = (*islice(cycle(FOLLOWERS), len(followers)), *islice(cycle(_LEADER_SHADES), len(leaders)))
-        strong = np.array([rgb(each) for each in (_NO_WORD, *colours, _UNKNOWN)], np.float32)
+        strong = np.array([rgb(colour) for colour in (_NO_WORD, *colours, _UNKNOWN)], np.float32)
         pale = strong + (1 - strong) * _PALER
         pale[0] = strong[0]
         self.shades: NDArray[np.float32] = np.stack([pale, strong], axis=1)
