@@ -388,8 +388,8 @@ def wake(tick: int, moved: int, worlds: int, arrays: Arrays) -> None:
 
 # All kernels, by name.
 KERNELS: Mapping[str, Callable[..., None]] = {
-    each.__name__: each
-    for each in (
+    kernel.__name__: kernel
+    for kernel in (
         *(run, run_large, wake, judge),
         bicycle.give_back,
         agents.begin_words,

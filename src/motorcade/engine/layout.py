@@ -151,7 +151,7 @@ def standing_of(mat: Mat, images: int) -> Standing:
     return Standing(
         x=Buffer.of("int32", [round(x_m * 1e6) for x_m in starts.x_m]),
         y=Buffer.of("int32", [round(y_m * 1e6) for y_m in starts.y_m]),
-        heading=Buffer.of("uint32", [to_heading(each) for each in starts.heading]),
+        heading=Buffer.of("uint32", [to_heading(radians) for radians in starts.heading]),
         number=Buffer.of("uint32", range(len(starts))),
         program=Buffer.of(
             "uint8",
@@ -226,7 +226,7 @@ def voices_of(mat: Mat) -> Voices:
         word=Buffer.of("int64", [VOICES[voice.word] for voice in voices]),
         x=Buffer.of("float64", [voice.x_m * 1e6 for voice in voices]),
         y=Buffer.of("float64", [voice.y_m * 1e6 for voice in voices]),
-        radius=Buffer.of("float64", [FAR_UM if each.radius_m is None else each.radius_m * 1e6 for each in voices]),
+        radius=Buffer.of("float64", [FAR_UM if voice.radius_m is None else voice.radius_m * 1e6 for voice in voices]),
     )
 
 
@@ -315,8 +315,9 @@ def _check(profile: Profile, tick_ms: int, fastest_um: float, radius_um: float) 
 
 def _images(images: Sequence[bytes]) -> Any:
     words = [bytes_to_words(image) for image in images] or [(0,)]
-    longest = max(len(each) for each in words)
-    return Buffer.of("uint32", chain.from_iterable((*each, *[0] * (longest - len(each))) for each in words), longest)
+    longest = max(len(list_of_words) for list_of_words in words)
+    filled = chain.from_iterable((*list_of_words, *[0] * (longest - len(list_of_words))) for list_of_words in words)
+    return Buffer.of("uint32", filled, longest)
 
 
 @lru_cache(maxsize=256)

@@ -183,8 +183,8 @@ class LinearMemory:
         if isinstance(value, tuple):
             parts, at = [], first
             earlier = before.parts if len(before.parts) == len(value) else [_NOTHING] * len(value)
-            for each, part in zip(value, earlier, strict=True):
-                parts.append(part if part.value is each else self._pack(kernel, each, at, part))
+            for item, part in zip(value, earlier, strict=True):
+                parts.append(part if part.value is item else self._pack(kernel, item, at, part))
                 at += parts[-1].length
             return _Part(value, at - first, b"".join([part.block for part in parts]), tuple(parts))
         expected = self._arguments[kernel]

@@ -73,10 +73,10 @@ class Moment(NamedTuple):
         import numpy as np
 
         lists = {
-            each.recorded: (
-                np.round(getattr(self, name).astype(float), 6) if each.packed == "float32" else getattr(self, name)
+            column.recorded: (
+                np.round(getattr(self, name).astype(float), 6) if column.packed == "float32" else getattr(self, name)
             ).tolist()
-            for name, each in COLUMNS.items()
+            for name, column in COLUMNS.items()
         }
         which = {"t_ms": self.t_ms, "world": self.world, "run": self.run}
         return {**which, "number": list(range(len(self.x_m))), **lists, "counts": dict(self.counts)}
@@ -98,7 +98,7 @@ _COLUMNS = (
     Column("runs", "uint8", "bool", is_pictured=False),
     *(method.shown for device in DEVICES for method in device.methods if method.shown),
 )
-COLUMNS: Mapping[str, Column] = {each.name: each for each in _COLUMNS}
+COLUMNS: Mapping[str, Column] = {column.name: column for column in _COLUMNS}
 """The columns of a moment by name."""
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ def allocate_columns(
 
     ``packed`` has those columns of a picture in which a kernel is to write.
     """
-    wide = [name for name, each in COLUMNS.items() if each.dtype == "float64"]
+    wide = [name for name, column in COLUMNS.items() if column.dtype == "float64"]
     together = memory.zeros(f"{slot}.float64", (len(wide) * cars,), "float64")
     columns = {name: together[k * cars : (k + 1) * cars] for k, name in enumerate(wide)}
     for name in COLUMNS.keys() - columns.keys():
@@ -124,9 +124,9 @@ def allocate_columns(
     return Columns(**{name: columns[name] for name in COLUMNS}), together
 
 
-_PICTURED = {name: each.packed for name, each in COLUMNS.items() if each.is_pictured}
+_PICTURED = {name: column.packed for name, column in COLUMNS.items() if column.is_pictured}
 PICTURED: Mapping[str, str] = dict(
-    sorted({**_PICTURED, "index": "uint16", "flags": "uint8"}.items(), key=lambda each: -width_of(each[1]))
+    sorted({**_PICTURED, "index": "uint16", "flags": "uint8"}.items(), key=lambda packed: -width_of(packed[1]))
 )
 """The columns of a picture with their types, in the order of its bytes: wide ones first, so each begins at a multiple
 of its width. ``index`` is that of the car's word among the image's words, or NO_INDEX; ``flags`` are FLAGS."""

@@ -132,8 +132,8 @@ class Simulation(Running):
         images = [to_whole("images", image, 0, len(self.images) - 1) for image in to_list("images", images)]
         if len(images) != self.worlds:
             raise MotorcadeError("images-differ-from-worlds", count=len(images), worlds=self.worlds)
-        leads = [program > 0 for program in self._standing.program.items]
-        programs = b"".join(bytes(image + 1 if each else 0 for each in leads) for image in images)
+        all_leads = [program > 0 for program in self._standing.program.items]
+        programs = b"".join(bytes(image + 1 if leads else 0 for leads in all_leads) for image in images)
         self.backend.write(self.state.program, programs)
 
     @done_whole
@@ -143,15 +143,15 @@ class Simulation(Running):
         `reset` gives the cars their places on the mat again. Raises MotorcadeError: they are not as many as there are
         worlds and cars, a tick has passed, or a car stands in a wall or in another car.
         """
-        starts = [instance_of(Starts, "starts", each) for each in to_list("starts", starts)]
-        if self.tick or [len(each) for each in starts] != [self.cars] * self.worlds:
+        starts = [instance_of(Starts, "starts", given) for given in to_list("starts", starts)]
+        if self.tick or [len(places) for places in starts] != [self.cars] * self.worlds:
             raise MotorcadeError("places-differ-from-cars", cars=self.cars, worlds=self.worlds)
-        for each in starts:
-            check_starts(replace(self.mat, starts=each), self.profile)
-        standing = [layout.standing_of(replace(self.mat, starts=each), 1) for each in starts]
+        for places in starts:
+            check_starts(replace(self.mat, starts=places), self.profile)
+        standing = [layout.standing_of(replace(self.mat, starts=places), 1) for places in starts]
         for name in ("x", "y", "heading"):
-            places = b"".join(getattr(each, name).items.tobytes() for each in standing)
-            self.backend.write(getattr(self.state, name), places)
+            written = b"".join(getattr(cars, name).items.tobytes() for cars in standing)
+            self.backend.write(getattr(self.state, name), written)
         self._within_until = 0
 
     @done_whole

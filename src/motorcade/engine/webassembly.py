@@ -31,7 +31,7 @@ class WebAssemblyKernels(NumpyArrays, LinearMemory):
         self._store = wasmtime.Store(engine)
         exports = wasmtime.Instance(self._store, module, []).exports(self._store)
         functions = ((name, exports.get(name)) for name in module_arguments())
-        self._kernels = {name: each for name, each in functions if isinstance(each, wasmtime.Func)}
+        self._kernels = {name: kernel for name, kernel in functions if isinstance(kernel, wasmtime.Func)}
         memory, heap = exports["memory"], exports["__heap_base"]
         assert isinstance(memory, wasmtime.Memory)
         assert isinstance(heap, wasmtime.Global)

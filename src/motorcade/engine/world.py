@@ -187,7 +187,7 @@ class World(SavableSimulation):
     def counts(self) -> dict[str, NDArray[np.int64]]:
         """Count what has happened since reset, as `totals`; each array has the shape (worlds,)."""
         totals = [self.totals(world) for world in range(self.worlds)]
-        return {name: np.array([each[name] for each in totals], np.int64) for name in totals[0]}
+        return {name: np.array([counts[name] for counts in totals], np.int64) for name in totals[0]}
 
     def _contents(self) -> list[tuple[BackendArray, Any]]:
         if not self._can_go_back:

@@ -60,12 +60,12 @@ def error_sentence(code: str, details: Mapping[str, Any], language: str, audienc
 def _filled(paths: Sequence[Sequence[str]], details: Mapping[str, Any], language: str, audience: str = "") -> str:
     """Return the text at the first of some paths where there is one, in ``language`` or else in English."""
     for path in paths:
-        for each in (language, FIRST):
-            found: Any = catalogue(each) if each in languages() else {}
+        for tried in (language, FIRST):
+            found: Any = catalogue(tried) if tried in languages() else {}
             for key in path:
                 found = found.get(key, {})
             if isinstance(found, str):
-                return found.format(**{name: _told(value, each, audience) for name, value in details.items()})
+                return found.format(**{name: _told(value, tried, audience) for name, value in details.items()})
     raise KeyError(f"locales/{FIRST}.json has no {'.'.join(paths[-1])}")
 
 
