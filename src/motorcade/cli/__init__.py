@@ -147,15 +147,16 @@ def _translate_help(command: Any, path: str, has_frames: bool) -> None:
         command.rich_markup_mode = None
     from motorcade.words.formats import FORMATS
 
-    lists = {"languages": " / ".join(languages()), "formats": ", ".join(word_format.name for word_format in FORMATS)}
+    formats = ", ".join(word_format.name for word_format in FORMATS)
+    lists = {"languages": " / ".join(languages()), "formats": formats}
     known = catalogue(FIRST)["help"]
     command.help = text("help", path or "motorcade", {}, current_language())
     option = command.get_help_option(typer.Context(command, help_option_names=list(_HELP_OPTIONS)))
     option.help = translated("help-help")
     for parameter in command.params:
-        key = next((key for key in (f"{path}.{parameter.name}", f".{parameter.name}") if key in known), None)
-        if key:
-            parameter.help = text("help", key, lists, current_language())
+        for key in (f".{parameter.name}", f"{path}.{parameter.name}"):
+            if key in known:
+                parameter.help = text("help", key, lists, current_language())
     for name, subcommand in getattr(command, "commands", {}).items():
         _translate_help(subcommand, f"{path} {name}".lstrip(), has_frames)
 
@@ -166,7 +167,8 @@ def _usage_sentence(message: str) -> str:
         texts = re.split(r"\{(\w+)\}", template)
         parts = [f"(?P<{part}>.+)" if place % 2 else re.escape(part) for place, part in enumerate(texts)]
         if found := re.fullmatch("".join(parts), message):
-            return str(sentence.format(**{name: _usage_sentence(value) for name, value in found.groupdict().items()}))
+            values = {name: _usage_sentence(value) for name, value in found.groupdict().items()}
+            return str(sentence.format(**values))
     return message
 
 

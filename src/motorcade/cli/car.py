@@ -147,7 +147,8 @@ def _neutral(
 
     wiring = options.pins_at(pins)
     low = stop_wheels(wiring, gpio_chip)
-    print_result({"low": low}, translated("wheels-stopped", car=wiring.name, pins=", ".join(map(str, low))), as_json)
+    sentence = translated("wheels-stopped", car=wiring.name, pins=", ".join(map(str, low)))
+    print_result({"low": low}, sentence, as_json)
 
 
 @app.command("wiring")

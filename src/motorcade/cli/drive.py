@@ -276,8 +276,10 @@ def _keys(
         return
     if not car and not driver:
         raise MotorcadeError("nobody-named")
-    named_hosts = (text.partition("@") for text in car or ())
-    cars = [CarKeys(name, tuple(filter(None, hosts.split(",")))) for name, _, hosts in named_hosts]
+    cars = []
+    for text in car or ():
+        name, _, hosts = text.partition("@")
+        cars.append(CarKeys(name, tuple(filter(None, hosts.split(",")))))
     made = [str(file) for file in make_keys(folder, cars, driver or [], datetime.now(UTC))]
     if not (folder / REVOKED).exists():
         write_revoked(folder / REVOKED, {})
@@ -288,22 +290,17 @@ def _keys(
 def _list_keys(folder: Path, as_json: bool) -> None:
     from motorcade.drive.certificates import list_keys
 
-    rows = [
-        {
-            "role": made.role,
-            "name": made.name,
-            "number": f"{made.number:x}",
-            "until": f"{made.valid_until:%Y-%m-%d}",
-            "revoked": made.is_revoked,
-        }
-        for made in list_keys(folder)
-    ]
+    rows = []
     lines = []
-    for row in rows:
+    for made in list_keys(folder):
+        number = f"{made.number:x}"
+        until = f"{made.valid_until:%Y-%m-%d}"
+        row = {"role": made.role, "name": made.name, "number": number, "until": until, "revoked": made.is_revoked}
         key = "keys-listed"
-        if row["revoked"]:
+        if made.is_revoked:
             key = "keys-listed-revoked"
-        lines.append(translated(key, **row | {"role": Phrase(f"role-{row['role']}")}))
+        rows.append(row)
+        lines.append(translated(key, **row | {"role": Phrase(f"role-{made.role}")}))
     if rows or as_json:
         print_result(rows, "\n".join(lines), as_json)
 

@@ -31,9 +31,10 @@ def cars_table(run: Run) -> Table:
         return _crowd_table(run)
     world = run.world
     events = run.events
-    counts = {
-        name: np.bincount(events["car"][events["kind"] == k], minlength=world.cars) for k, name in enumerate(KINDS)
-    }
+    counts = {}
+    for number, kind in enumerate(KINDS):
+        of_kind = events["car"][events["kind"] == number]
+        counts[kind] = np.bincount(of_kind, minlength=world.cars)
     end = world.snapshot()
     leader = translated("role-leader")
     rows = []
@@ -69,7 +70,9 @@ def run_as_dict(run: Run) -> dict[str, object]:
     """Describe what the cars did, for JSON; ``events`` is null where the run was not recorded in memory."""
     end = run.world.snapshot()
     columns = zip(end.x_m.tolist(), end.y_m.tolist(), end.heading.tolist(), strict=True)
-    cars = [{"id": car, "x": x, "y": y, "heading": heading} for car, (x, y, heading) in enumerate(columns)]
+    cars = []
+    for car, (x, y, heading) in enumerate(columns):
+        cars.append({"id": car, "x": x, "y": y, "heading": heading})
     counts = {name: int(values[0]) for name, values in run.world.counts().items()}
     events = None
     if run.recording:

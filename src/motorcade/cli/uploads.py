@@ -43,7 +43,8 @@ def _ports(as_json: options.Json = False) -> None:
     if all(port.rank == BARE for port in found):
         lines = [translated("no-car-plugged-in")]
     lines += [f"{port.device}  {port.title or translated('port-unknown')}" for port in found]
-    print_result([{name: getattr(port, name) for name in names} for port in found], "\n".join(lines), as_json)
+    rows = [{name: getattr(port, name) for name in names} for port in found]
+    print_result(rows, "\n".join(lines), as_json)
 
 
 @app.command("upload")

@@ -70,17 +70,12 @@ def _decode(
             word = number + (1 << 32)
         decoded.append((word, chosen.decode(word), chosen.warnings(word)))
     if as_json:
-        print_json(
-            [
-                {
-                    "word": word,
-                    "fields": values._asdict(),
-                    "warnings": [str(warning) for warning in warnings],
-                    "warning_codes": [warning.key for warning in warnings],
-                }
-                for word, values, warnings in decoded
-            ]
-        )
+        rows = []
+        for word, values, warnings in decoded:
+            texts = [str(warning) for warning in warnings]
+            codes = [warning.key for warning in warnings]
+            rows.append({"word": word, "fields": values._asdict(), "warnings": texts, "warning_codes": codes})
+        print_json(rows)
         return
     from motorcade.cli.console import fields_table
 
@@ -179,9 +174,11 @@ def _formats(as_json: options.Json = False) -> None:
 
 def _format_as_dict(word_format: "WordFormat", fingerprint: str) -> dict[str, object]:
     names = ("name", "high", "low", "minimum", "maximum", "default", "unit", "allowed", "meaning", "source")
-    fields = [
-        {name: getattr(field, name) for name in names} | {"allowed": str(field.allowed)} for field in word_format.fields
-    ]
+    fields = []
+    for field in word_format.fields:
+        row = {name: getattr(field, name) for name in names}
+        row["allowed"] = str(field.allowed)
+        fields.append(row)
     return {"name": word_format.name, "fingerprint": fingerprint, "fields": fields}
 
 

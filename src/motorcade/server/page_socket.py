@@ -51,8 +51,9 @@ class PageSocket:
                     await job()
                 group.cancel_scope.cancel()
 
-            every: list[Callable[[], Awaitable[None]]] = [partial(self._receive, kind, handle), self.send_all, *jobs]
-            for job in every:
+            group.start_soon(end_all_with, partial(self._receive, kind, handle))
+            group.start_soon(end_all_with, self.send_all)
+            for job in jobs:
                 group.start_soon(end_all_with, job)
 
     def put(self, answer: Any) -> None:

@@ -252,13 +252,14 @@ def _words(compiled: Compiled, program: Program) -> list[messages.Word]:
         return []
     header, *control = compiled.words
     words = [messages.Word(f"{header:08x}", "header", None)]
-    fields_of = {
-        path: {name: part.id for part in step.steps if part.id for name in _FIELDS[part.kind]}
-        for path, step in placed_steps(program)
-        if isinstance(step, TogetherStep)
-    }
+    fields_of: dict[str, dict[str, str]] = {}
+    for path, step in placed_steps(program):
+        if isinstance(step, TogetherStep):
+            fields_of[path] = {name: part.id for part in step.steps if part.id for name in _FIELDS[part.kind]}
     for number, (word, (path, block)) in enumerate(zip(control, compiled.origins[1:], strict=True)):
-        part: Literal["leader", "followers"] = "leader" if number < compiled.leader_states else "followers"
+        part: Literal["leader", "followers"] = "followers"
+        if number < compiled.leader_states:
+            part = "leader"
         words.append(messages.Word(f"{word:08x}", part, block, fields_of.get(path, {})))
     return words
 
@@ -268,9 +269,10 @@ def _costliest(compiled: Compiled, too_many: str, prefix: str, steps: Sequence[S
     for diagnostic in compiled.diagnostics:
         if diagnostic.code == too_many:
             return messages.Costliest(diagnostic.id, diagnostic.details["cost"])
-    counts = Counter(
-        int(path.removeprefix(prefix).partition("]")[0]) for path, _ in compiled.origins if path.startswith(prefix)
-    )
+    counts = Counter[int]()
+    for path, _ in compiled.origins:
+        if path.startswith(prefix):
+            counts[int(path.removeprefix(prefix).partition("]")[0])] += 1
     if not counts:
         return None
     ((number, count),) = counts.most_common(1)
@@ -291,9 +293,10 @@ def blocks_to_python(sent: messages.BlocksAndText) -> messages.PythonText:
     except ProgramError as problem:
         return messages.PythonText(sent.text, [], diagnostics_in_all_languages(problem.diagnostics))
     read = read_python(text)
-    places = [
-        messages.BlockPlace(*read.spans[path], step.id) for path, step in placed_steps(program) if step.id is not None
-    ]
+    places = []
+    for path, step in placed_steps(program):
+        if step.id is not None:
+            places.append(messages.BlockPlace(*read.spans[path], step.id))
     return messages.PythonText(text, places, diagnostics_in_all_languages(read.diagnostics))
 
 
@@ -308,9 +311,8 @@ def python_to_blocks(sent: messages.BlocksAndText) -> messages.PythonBlocks:
             names = get_close_matches(read.program.profile, built_in_profiles(), 1)
             fixed = found.with_fixes(*(Fix(TEXT, f'"{name}"') for name in names))
             raise ProgramError(read.located([fixed])) from None
-        leader, followers = blocks_of(
-            with_ids_of(read.program, whole_program(sent.leader, sent.followers, sent.profile))
-        )
+        before = whole_program(sent.leader, sent.followers, sent.profile)
+        leader, followers = blocks_of(with_ids_of(read.program, before))
     except ProgramError as problem:
         return messages.PythonBlocks(diagnostics=diagnostics_in_all_languages(problem.diagnostics))
     return messages.PythonBlocks(

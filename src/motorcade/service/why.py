@@ -219,8 +219,11 @@ def in_the_way(
         dy = at_y - y
         away = math.hypot(dx, dy)
         # Bodies push each other only while they overlap.
-        if 0 < away < radius_m + thick_m and (dx * ahead_x + dy * ahead_y) / away > best:
-            best = (dx * ahead_x + dy * ahead_y) / away
+        if not 0 < away < radius_m + thick_m:
+            continue
+        cosine = (dx * ahead_x + dy * ahead_y) / away
+        if cosine > best:
+            best = cosine
             found = obstacle
     return found
 
