@@ -130,6 +130,7 @@ class _Leader:
         self.words: list[int] = []
         self.origins: list[Item] = []
         levels_ms = profile.durations_ms
+        self._levels = {duration: level for level, duration in enumerate(levels_ms)}
         expander = Expander(profile, leads=True)
         row = expander.expand(steps, "leader", accept_ir=False, forward=True)
         self.diagnostics = expander.diagnostics
@@ -145,21 +146,20 @@ class _Leader:
         for item in row.items:
             pieces = cut_for_leader(item, levels_ms)
             if pieces is not None:
-                self._add(item, pieces, levels_ms)
+                self._add(item, pieces)
             elif item.path not in refused:
                 # A repeated step comes several times.
                 self.diagnostics.append(_not_expressible_together(item, levels_ms))
                 refused.add(item.path)
 
-    def _add(self, item: Item, pieces: tuple[int, ...], levels_ms: tuple[int, ...]) -> None:
+    def _add(self, item: Item, pieces: tuple[int, ...]) -> None:
         """Add the words of an item that is cut into pieces; an item of 0 s has none, and takes one word."""
-        levels = {duration: level for level, duration in enumerate(levels_ms)}
         begin_ms = 0
         for length_ms in pieces or (0,):
             parts = item.parts
             if len(pieces) > 1:
                 parts = slice_of(parts, begin_ms, length_ms)
-            self.words.append(control_word(parts, levels, 0, 1))
+            self.words.append(control_word(parts, self._levels, 0, 1))
             self.origins.append(item)
             begin_ms += length_ms
 

@@ -60,7 +60,10 @@ def _timed(checked: CheckedBoard, board: "Any", method: str, *data: bytes) -> "A
     began_ms = checked.call("now_ms")
     result = checked.call_of(board, method, *data)
     took_ms = elapsed_ms(checked.call("now_ms"), began_ms)
-    most_ms = answer_within_ms(data[0] if data else result or b"") - _RESTS_MS
+    image = result or b""
+    if data:
+        image = data[0]
+    most_ms = answer_within_ms(image) - _RESTS_MS
     checked.require(took_ms <= most_ms, "check-store-slow", method=method, took_ms=took_ms, most_ms=most_ms)
     return result
 
@@ -68,9 +71,12 @@ def _timed(checked: CheckedBoard, board: "Any", method: str, *data: bytes) -> "A
 def _largest(checked: CheckedBoard) -> bytes:
     """Return the largest image that the board can store."""
     words = getattr(checked.board, "most_words", MOST_WORDS)
-    others = (words if is_count(words, MOST_WORDS) and words else MOST_WORDS) - 1
+    if not is_count(words, MOST_WORDS) or words == 0:
+        words = MOST_WORDS
+    others = words - 1
     states = min(others, 255)
-    return bytes([states, others - states, 1 if others > states else 0, 0]) + _STATE * others
+    dwell = 1 if others > states else 0
+    return bytes([states, others - states, dwell, 0]) + _STATE * others
 
 
 def _check_cuts(checked: CheckedBoard, reopen: "Callable[[], Any] | None") -> None:
@@ -79,18 +85,23 @@ def _check_cuts(checked: CheckedBoard, reopen: "Callable[[], Any] | None") -> No
     unsynced = None
     if hasattr(sys, "setprofile"):
         unsynced = _unsynced_file(lambda: checked.call("store_image", old))
-    # Where it can't be seen here what is written for good.
-    cut_power = checked.offer("observe.cut_power") if unsynced is None else None
+    cut_power = None
+    if unsynced is None:
+        # It can't be seen here what is written for good.
+        cut_power = checked.offer("observe.cut_power")
 
     def reopened() -> "Any":
         if cut_power is not None:
             cut_power()
-        return checked.board if reopen is None else reopen()
+        if reopen is None:
+            return checked.board
+        return reopen()
 
-    for data in (old, new) if cut_power is not None else ():
-        _timed(checked, checked.board, "store_image", data)
-        found = _timed(checked, reopened(), "load_image")
-        checked.require(found == data, "check-store-not-kept", found=brief(found), stored=brief(data))
+    if cut_power is not None:
+        for data in (old, new):
+            _timed(checked, checked.board, "store_image", data)
+            found = _timed(checked, reopened(), "load_image")
+            checked.require(found == data, "check-store-not-kept", found=brief(found), stored=brief(data))
     checked.call("store_image", old)
     for place in _cuts_of(lambda: checked.call("store_image", new)):
         board = reopened()
@@ -125,7 +136,10 @@ def _unsynced_file(action: "Callable[[], Any]") -> "str | None":
         def call(file: "Any", *arguments: "Any", **options: "Any") -> "Any":
             found = os.stat(file)
             is_synced = synced.get((found.st_dev, found.st_ino)) == found.st_size
-            unsynced.append("" if is_synced else os.path.basename(file))
+            if is_synced:
+                unsynced.append("")
+            else:
+                unsynced.append(os.path.basename(file))
             return real(file, *arguments, **options)
 
         return call
@@ -144,7 +158,9 @@ def _unsynced_file(action: "Callable[[], Any]") -> "str | None":
     wrapped: dict[str, Any] = {name: syncs(getattr(os, name)) for name in ("fsync", "fdatasync") if hasattr(os, name)}
     wrapped.update({name: renames(getattr(os, name)) for name in ("replace", "rename")}, open=opens)
     with_others(os, wrapped, lambda: _profiled(action, profile))
-    return max(unsynced) if unsynced and not is_unsure else None
+    if is_unsure or not unsynced:
+        return None
+    return max(unsynced)
 
 
 def _profiled(action: "Callable[[], Any]", profile: "Callable[[Any, str, Any], None]") -> None:
@@ -165,7 +181,9 @@ def _cuts_of(action: "Callable[[], Any]") -> "Iterator[dict[str, Any]]":
 
     Yields the place of each cut outside Python's own library: ``{"line": 7, "file": "board.py"}``.
     """
-    for calls in range(_MAX_CUTS if hasattr(sys, "setprofile") else 0):
+    if not hasattr(sys, "setprofile"):
+        return
+    for calls in range(_MAX_CUTS):
         place: dict[str, Any] = {}
         try:
             _profiled(action, _cut_after(calls, place))
@@ -186,7 +204,10 @@ def _cut_after(calls: int, place: "dict[str, Any]") -> "Callable[[Any, str, Any]
     def profile(frame: "Any", event: str, argument: "Any") -> None:
         nonlocal calls
         # A call of the board's own functions, or one that may reach the system.
-        calls -= not is_of_library(frame) if event == "call" else event == "c_call" and not _is_built_in(argument)
+        if event == "call":
+            calls -= not is_of_library(frame)
+        elif event == "c_call":
+            calls -= not _is_built_in(argument)
         if calls < 0 and not place:
             while is_of_library(frame):
                 frame = frame.f_back
