@@ -153,7 +153,9 @@ def _difference(plan: Plan, row: dict[str, Any], expected: bytes) -> RunDifferen
     ticks = checkpoint_ticks(plan.sweep.duration_ms // plan.tick_ms(cell), plan.checkpoints)
     differs = (found != stored).reshape(len(ticks), -1)
     at = int(np.argmax(differs.any(axis=1)))
-    same = ticks[at - 1] if at else 0
+    same = 0
+    if at:
+        same = ticks[at - 1]
     return RunDifference(row["run"], plan.place(cell), row["seed"], ticks[at], same, int(np.argmax(differs[at])))
 
 
@@ -195,7 +197,9 @@ def _digests(table: bytes, runs: int) -> Any:
         raise ValueError("another table")
     # One value may stand for millions of rows.
     digests = read_rows(io.BytesIO(table), [DIGESTS], [DIGESTS])[DIGESTS]
-    kind = digests.type.value_type if pa.types.is_dictionary(digests.type) else digests.type
+    kind = digests.type
+    if pa.types.is_dictionary(digests.type):
+        kind = digests.type.value_type
     if not pa.types.is_binary(kind):
         raise ValueError("no digests")
     return digests

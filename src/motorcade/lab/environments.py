@@ -233,7 +233,9 @@ class VectorCars(VectorEnv[Singles, Numbers, Numbers]):
         except ValueError:
             return actions
         is_complete = numbers.ndim > 0 and len(numbers) == self.num_envs
-        return numbers.reshape(self.worlds, self.agents, -1) if is_complete else numbers
+        if is_complete:
+            return numbers.reshape(self.worlds, self.agents, -1)
+        return numbers
 
     def _observed(self) -> Singles:
         return self._stepped.observations().reshape(self.num_envs, -1)

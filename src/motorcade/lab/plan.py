@@ -234,8 +234,10 @@ class Plan:
     def _size(self, mat: int, values: Mapping[str, Value]) -> tuple[int, int]:
         """The number of cars, and the tick in ms."""
         found = self.mats[mat]
-        cars = 1 + _followers(values) if found is None else len(found.starts)
-        return cars, int(values.get("tick_ms") or (found.tick_ms if found else 1))
+        cars, tick_ms = 1 + _followers(values), 1
+        if found is not None:
+            cars, tick_ms = len(found.starts), found.tick_ms
+        return cars, int(values.get("tick_ms") or tick_ms)
 
     def tick_ms(self, cell: int) -> int:
         """The tick of the runs ``cell`` * seeds and following."""
@@ -250,7 +252,9 @@ class Plan:
 
 def describe(program: str, mat: str, values: Mapping[str, Value]) -> Phrase:
     """Name a program, a mat and parameters."""
-    place = Phrase("the-empty-table") if mat == EMPTY_TABLE else mat
+    place: Phrase | str = mat
+    if mat == EMPTY_TABLE:
+        place = Phrase("the-empty-table")
     texts = [f", {name} = {NEVER if value is None else value}" for name, value in values.items()]
     return Phrase("sweep-point", program=program, mat=place, values="".join(texts))
 
@@ -272,7 +276,9 @@ def code_hash(more: tuple[str, ...] = ()) -> str:
 
 def _followers(values: Mapping[str, Value]) -> int:
     followers = values.get("cars")
-    return FOLLOWERS if followers is None else int(followers)
+    if followers is None:
+        return FOLLOWERS
+    return int(followers)
 
 
 @lru_cache(maxsize=8)

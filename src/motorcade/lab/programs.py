@@ -40,7 +40,9 @@ class ProgramSource:
 
         def drawn() -> Program:
             lists = [tuple(self._step(random) for _ in range(random.randint(1, _DRAWN))) for _ in range(2)]
-            followers = Followers(lists[1], forward=random.random() < 0.7) if self._has_followers else None
+            followers = None
+            if self._has_followers:
+                followers = Followers(lists[1], forward=random.random() < 0.7)
             return Program(lists[0], followers, self._mission.document["profile"])
 
         return self._compiled(drawn)
@@ -100,7 +102,9 @@ class ProgramSource:
 
     def _list_changed(self, random: Random, steps: Steps, inside: bool = False) -> Steps:
         """Insert, leave out, exchange or move a step, or change a number in one."""
-        at = random.randrange(len(steps)) if steps else 0
+        at = 0
+        if steps:
+            at = random.randrange(len(steps))
         what = random.random()
         if not steps or (what < 0.2 and len(steps) < _MOST):
             return (*steps[:at], self._step(random, inside), *steps[at:])
@@ -109,7 +113,9 @@ class ProgramSource:
             return (*steps[:at], replace(step, steps=self._list_changed(random, step.steps, True)), *steps[at + 1 :])
         if what < 0.4:
             # A repetition leaves what it repeats.
-            rest = step.steps if isinstance(step, RepeatStep) else ()
+            rest: Steps = ()
+            if isinstance(step, RepeatStep):
+                rest = step.steps
             return (*steps[:at], *rest, *steps[at + 1 :])
         if what < 0.5:
             others = [*steps[:at], *steps[at + 1 :]]

@@ -248,7 +248,9 @@ def on_this_computer(jobs: int, work: Work = run_task) -> Workers:
 
 def chosen_workers(scheduler: str, jobs: int, work: Work = run_task) -> Workers:
     """Make workers of the Dask scheduler at an address, or without one of this computer."""
-    return on_a_cluster(scheduler, work) if scheduler else on_this_computer(jobs, work)
+    if scheduler:
+        return on_a_cluster(scheduler, work)
+    return on_this_computer(jobs, work)
 
 
 def _next(left: Iterator[int | None], count: int) -> Iterator[int]:

@@ -158,7 +158,9 @@ class ArchiveFile:
 
     def __init__(self, path: Path, contents: Mapping[str, str]) -> None:
         self.path = path
-        data = read_bytes(path, _MOST_BYTES) if path.exists() else b""
+        data = b""
+        if path.exists():
+            data = read_bytes(path, _MOST_BYTES)
         whole = data[: data.rfind(b"\n") + 1]
         lines = [self._decoded(line, number) for number, line in enumerate(whole.splitlines(), start=1)]
         wanted = {"format": FORMAT, **contents}
@@ -339,7 +341,9 @@ class Search:
             return
         random = Random(f"{self._seed}/{self._made}")
         batch = self._chosen() if self.method == "racing" else []
-        seeds = self.mission.seeds[:1] if self.method == "racing" else self.mission.seeds
+        seeds = self.mission.seeds
+        if self.method == "racing":
+            seeds = self.mission.seeds[:1]
         count = sum(len(given) for _, given in batch)
         while count + len(seeds) <= max(_BATCH_RUNS, len(seeds)):
             batch.append((self._candidate(random), seeds))

@@ -69,7 +69,9 @@ def kind_of(name: str) -> type[bool] | type[int] | type[float]:
 
 def to_value(name: str, value: Any) -> Value:
     """Convert a value that fits a parameter's schema."""
-    return None if value == NEVER else kind_of(name)(value)
+    if value == NEVER:
+        return None
+    return kind_of(name)(value)
 
 
 def _or_never(part: Schema) -> Schema:
@@ -100,7 +102,9 @@ def mat_with(mat: Mat, values: Mapping[str, Value]) -> Mat:
 def profile_with(profile: Profile, values: Mapping[str, Value]) -> Profile:
     """Change ``profile`` as ``values`` say. Raises MotorcadeError where the values don't fit each other."""
     changed = tuple((name.removeprefix(_PROFILE), value) for name, value in values.items() if name.startswith(_PROFILE))
-    return _changed(profile, changed) if changed else profile
+    if changed:
+        return _changed(profile, changed)
+    return profile
 
 
 @lru_cache(maxsize=4096)
@@ -187,13 +191,18 @@ def _share(seed: int, name: str, index: int) -> float:
 
 
 def _drawn(is_whole: bool, limits: Range, share: float) -> Value:
-    end = limits.highest + 1 if is_whole else limits.highest
+    end = limits.highest
+    if is_whole:
+        end = limits.highest + 1
     if limits.logarithmic:
         value = limits.lowest * (end / limits.lowest) ** share
     else:
         value = limits.lowest + (end - limits.lowest) * share
     # Rounding could reach the end, which is excluded.
-    return int(min(value, limits.highest)) if is_whole else min(value, limits.highest)
+    if is_whole:
+        return int(min(value, limits.highest))
+    highest: float = min(value, limits.highest)
+    return highest
 
 
 @dataclass(frozen=True, slots=True)

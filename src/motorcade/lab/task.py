@@ -81,7 +81,9 @@ def _rows(batch: Batch, task: Task) -> dict[str, Any]:
         digests = _run(world, task)
         measured = _measures(world, batch.image, task.duration_ms)
     except (MotorcadeError, ValueError, ArithmeticError, MemoryError) as problem:
-        reason = problem if str(problem) else Phrase("too-little-memory")
+        reason: object = problem
+        if not str(problem):
+            reason = Phrase("too-little-memory")
         point = describe(batch.program, batch.mat_name, batch.values)
         raise MotorcadeError("sweep-point-fails", point=point, reason=reason) from None
     given = {name: [value] * count for name, value in batch.values.items()}
@@ -150,9 +152,14 @@ def _ends(world: "World", word: int | None) -> dict[str, Numbers]:
     spread_m = np.sqrt(np.var(x_m, axis=1) + np.var(y_m, axis=1))
     alignment = np.hypot(np.mean(np.cos(heading), axis=1), np.mean(np.sin(heading), axis=1))
     moved_m = np.mean(np.hypot(x_m - np.asarray(starts.x_m), y_m - np.asarray(starts.y_m)), axis=1)
+    informed_share = leader_distance_m = undefined
+    if follows.any() and word is not None:
+        informed_share = informed.mean(axis=1)
+    if follows.any() and leads.any():
+        leader_distance_m = distance_m.mean(axis=1)
     return {
-        "informed_share": informed.mean(axis=1) if word is not None and follows.any() else undefined,
-        "leader_distance_m": distance_m.mean(axis=1) if leads.any() and follows.any() else undefined,
+        "informed_share": informed_share,
+        "leader_distance_m": leader_distance_m,
         "spread_m": spread_m,
         "alignment": alignment,
         "moved_m": moved_m,

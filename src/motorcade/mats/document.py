@@ -146,7 +146,9 @@ def _name_of(mat: Mat, car: int) -> Text:
     first = 0
     for place, count in mat.starts.groups:
         if car < first + count:
-            return Phrase("car-of-crowd", place=place, number=car - first) if count > 1 else place
+            if count > 1:
+                return Phrase("car-of-crowd", place=place, number=car - first)
+            return place
         first += count
     return Phrase("car-number", number=car)
 

@@ -71,9 +71,13 @@ class _Side(NamedTuple):
         if y1 - y0 > _LEVEL_M:
             slope, begin_x = (x1 - x0) / (y1 - y0), x0
             if high_m < y1:
-                x1 = begin_x + (high_m - y0) * slope if high_m > y0 else begin_x
+                x1 = begin_x
+                if high_m > y0:
+                    x1 = begin_x + (high_m - y0) * slope
             if low_m > y0:
-                x0 = begin_x + (low_m - y0) * slope if low_m < y1 else x1
+                x0 = x1
+                if low_m < y1:
+                    x0 = begin_x + (low_m - y0) * slope
         if x0 < x1:
             return x0 - _MARGIN_M, x1 + _MARGIN_M
         return x1 - _MARGIN_M, x0 + _MARGIN_M

@@ -104,7 +104,9 @@ def _bytes_of(values: Any, kind: str) -> bytes | None:
         return None
     if given.ndim != 1:
         raise MatError("starts-differ-in-length")
-    return given.tobytes() if given.format == kind else None
+    if given.format == kind:
+        return given.tobytes()
+    return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,7 +225,9 @@ class Mat:
 
 
 def _as_tuples(value: Any) -> Any:
-    return tuple(map(_as_tuples, value)) if isinstance(value, list) else value
+    if isinstance(value, list):
+        return tuple(map(_as_tuples, value))
+    return value
 
 
 def formation(followers: int, reach_m: float = 1.0) -> list[Pose]:
@@ -302,7 +306,9 @@ def path_of(line: Line) -> list[Point]:
             path.append(here)
         else:
             path += _bend(points[at - 1], here, points[(at + 1) % count], line.bend_m)
-    return [*path, path[0]] if line.closed else path
+    if line.closed:
+        return [*path, path[0]]
+    return path
 
 
 def _bend(before: Point, corner: Point, after: Point, radius_m: float) -> Sequence[Point]:
@@ -325,7 +331,9 @@ def _bend(before: Point, corner: Point, after: Point, radius_m: float) -> Sequen
     turn = math.pi - 2 * half
     if to_before[0] * to_after[1] - to_before[1] * to_after[0] > 0:
         turn = -turn
-    step = 2 * math.acos(max(0.0, 1 - _SAGITTA_M / radius)) if radius > _SAGITTA_M else math.pi
+    step = math.pi
+    if radius > _SAGITTA_M:
+        step = 2 * math.acos(max(0.0, 1 - _SAGITTA_M / radius))
     pieces = max(1, math.ceil(abs(turn) / step))
     angles = [first + turn * piece / pieces for piece in range(pieces + 1)]
     return [(centre[0] + radius * math.cos(angle), centre[1] + radius * math.sin(angle)) for angle in angles]
@@ -333,4 +341,6 @@ def _bend(before: Point, corner: Point, after: Point, radius_m: float) -> Sequen
 
 def _direction(here: Point, there: Point) -> Point | None:
     length = math.dist(here, there)
-    return ((there[0] - here[0]) / length, (there[1] - here[1]) / length) if length else None
+    if length:
+        return ((there[0] - here[0]) / length, (there[1] - here[1]) / length)
+    return None

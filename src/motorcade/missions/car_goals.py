@@ -104,7 +104,9 @@ class CarsGoal(AskedGoal):
     def _met(self, is_over: bool, done: int, count: int) -> GoalState:
         why = done_phrase(done, count)
         if self._is_always:
-            return GoalState("met", self.last_ms, why) if is_over else GoalState("holds", None, why)
+            if is_over:
+                return GoalState("met", self.last_ms, why)
+            return GoalState("holds", None, why)
         is_for_good = is_over or self.asked.when == judging.SOME_MOMENT
         return GoalState("met" if is_for_good else "holds", self.met_since_ms, why)
 

@@ -55,7 +55,9 @@ def read_mission(path: Path) -> Mission:
 
 
 def _called(name: str) -> Phrase:
-    return Phrase("this-mission") if name == OWN else Phrase("mission-named", name=name)
+    if name == OWN:
+        return Phrase("this-mission")
+    return Phrase("mission-named", name=name)
 
 
 def parse_mission(text: str, name: str, kind: Kind, reader: Reader | None = None) -> Mission:
@@ -183,7 +185,9 @@ class _Reading:
         text = values.pop("text", None)
         star = values.pop("star")
         del values["kind"]
-        words_of = None if text is None else self._wording(text, (*place, "text"))
+        words_of = None
+        if text is not None:
+            words_of = self._wording(text, (*place, "text"))
         return Goal(goal["kind"], star, values, cars, words_of)
 
     def _cars(self, who: Any, place: tuple[str | int, ...], mat: Mat) -> tuple[int, ...]:
@@ -211,8 +215,7 @@ class _Reading:
         for number, (goal, kind) in enumerate(declared):
             fault = kind.fault(goal, declared, mat)
             if fault is not None:
-                place = ("goal", number) if fault.key is None else ("goal", number, fault.key)
-                raise self._fault(fault.code, place, fault.value, fault.allowed)
+                raise self._fault(fault.code, ("goal", number, *fault.keys), fault.value, fault.allowed)
 
     def _check_size(self, checked: dict[str, Any]) -> None:
         """Before the cars are placed: a crowd is one line, yet it may have millions of cars."""

@@ -282,7 +282,9 @@ class StoppedByVoice(GoalKind):
     @classmethod
     def fault(cls, goal: Goal, others: Sequence[tuple[Goal, type[GoalKind]]], mat: Mat) -> GoalFault | None:
         is_heard = any(voice.word == "stop" for voice in mat.voices)
-        return None if is_heard else GoalFault("mission-without-voice")
+        if is_heard:
+            return None
+        return GoalFault("mission-without-voice")
 
     def see(self, moment: Moment, begun: Sequence[Event]) -> None:
         super().see(moment, begun)
@@ -315,7 +317,9 @@ class StoppedByVoice(GoalKind):
 
     def state(self, is_over: bool) -> GoalState:
         count = len(self.cars)
-        done = count - len(self._failed) if self._stops else 0
+        done = 0
+        if self._stops:
+            done = count - len(self._failed)
         if self.lost_ms is not None:
             car = min(self._failed)
             how, failed_ms = self._failed[car]
@@ -323,7 +327,9 @@ class StoppedByVoice(GoalKind):
             return GoalState("lost", failed_ms, why, (car,))
         if not self._stops:
             why = Phrase("goal-voice-open")
-            return GoalState("lost", self.now_ms, why) if is_over else GoalState("open", None, why)
+            if is_over:
+                return GoalState("lost", self.now_ms, why)
+            return GoalState("open", None, why)
         return self.kept(is_over, done_phrase(done, count))
 
 

@@ -95,10 +95,14 @@ class GoalState(NamedTuple):
 
 
 class GoalFault(NamedTuple):
-    """What is wrong with a goal in a file: the code of the fault, the key, its value, and what is allowed."""
+    """What is wrong with a goal in a file: the code of the fault, the key, its value, and what is allowed.
+
+    Attributes:
+        keys: the key; none where it is the goal as a whole.
+    """
 
     code: str
-    key: str | None = None
+    keys: tuple[str, ...] = ()
     value: str = ""
     allowed: str = ""
 
@@ -267,7 +271,9 @@ class GoalKind(ABC):
     @classmethod
     def asks(cls, goal: Goal, details: dict[str, Any]) -> Phrase:
         """What a goal asks for; ``details`` are its values, and ``who``, ``zone`` and ``led`` by name."""
-        when = f"-{goal.values['at']}" if "at" in goal.values else ""
+        when = ""
+        if "at" in goal.values:
+            when = f"-{goal.values['at']}"
         return Phrase(f"goal-{cls.name}{when}", **details)
 
     @classmethod
@@ -323,7 +329,9 @@ class GoalKind(ABC):
 
     def kept(self, is_over: bool, why: Phrase) -> GoalState:
         """Return how it stands with a goal that is met as long as nothing goes wrong, which nothing has."""
-        return GoalState("met", self.now_ms, why) if is_over else GoalState("holds", None, why)
+        if is_over:
+            return GoalState("met", self.now_ms, why)
+        return GoalState("holds", None, why)
 
     def note(self, is_met: bool) -> None:
         """Note whether the goal is met at this moment."""
@@ -356,7 +364,9 @@ class AskedGoal(GoalKind):
     def met_since_ms(self) -> int | None:
         """Since when as many cars as needed meet the goal; None where they don't."""
         since: int = self.run.answers.since[0][self._row]
-        return since if since >= 0 else None
+        if since >= 0:
+            return since
+        return None
 
     @property
     def last_ms(self) -> int:

@@ -67,7 +67,9 @@ class Odds:
         self._world = open_worlds(mission.mat, [image], mission.profile, self._next_seeds(runs), with_events)
         self._runs = ManyRuns(self._world, [attempt] * runs)
         is_slow = any(kind.sees_all for kind in attempt.kinds)
-        most = _MOST_SLOW_MOMENTS if is_slow else _MOST_MOMENTS
+        most = _MOST_MOMENTS
+        if is_slow:
+            most = _MOST_SLOW_MOMENTS
         self._moments_a_call = min(max(1, round(_WORK * 1000 / (EVERY_MS * cars * runs))), most)
 
     @property

@@ -41,7 +41,7 @@ class AllBy(GoalKind):
             other, kind = others[number - 1]
             if kind.is_reached and other.values.get("at") != "always":
                 return None
-        return GoalFault("mission-goal-not-reached", "goal")
+        return GoalFault("mission-goal-not-reached", ("goal",))
 
     @property
     def _other(self) -> GoalKind:
@@ -100,7 +100,9 @@ class Works(GoalKind):
 
     @classmethod
     def fault(cls, goal: Goal, others: Sequence[tuple[Goal, type[GoalKind]]], mat: Mat) -> GoalFault | None:
-        return GoalFault("not-allowed", "star", "1", "2, 3") if goal.star == 1 else None
+        if goal.star == 1:
+            return GoalFault("not-allowed", ("star",), "1", "2, 3")
+        return None
 
     @classmethod
     def other_runs(cls, document: dict[str, Any]) -> int:

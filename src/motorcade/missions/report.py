@@ -125,7 +125,9 @@ def _picture(mission: Mission, points: Sequence[Sequence[tuple[float, float]]]) 
         corners = zone.corners and (*zone.corners, zone.corners[0])
         parts.append(outline(corners, zone_style) if corners else disc(*zone.disc, zone_style))
     for car, leads in enumerate(mat.starts.leads[:_MOST_CARS]):
-        colour = _LEADER if leads else _FOLLOWER
+        colour = _FOLLOWER
+        if leads:
+            colour = _LEADER
         parts.append(outline((moment[car] for moment in shown), f'fill="none" stroke="{colour}" opacity=".5"'))
         parts.append(disc(*points[-1][car], radius_m, f'fill="{colour}"'))
     return (
@@ -185,7 +187,9 @@ def to_html(checked: Sequence[Checked], mission: Mission, language: str) -> str:
     for entry in checked:
         file = f"<th scope=row>{escape(entry.name)}</th>"
         if entry.result is None:
-            problem = escape(entry.problem.sentence(language)) if entry.problem else ""
+            problem = ""
+            if entry.problem:
+                problem = escape(entry.problem.sentence(language))
             rows.append(f"<tr class=refused><td></td>{file}<td>–</td><td>{problem}</td></tr>")
             continue
         goals = "".join(

@@ -158,7 +158,9 @@ class CarArtists:
         self._leads = about.is_leader()
         # Leaders are drawn last, so that no crowd hides them.
         self._order = np.argsort(self._leads, kind="stable")
-        widths = np.where(self._leads[self._order], 1.6, 0.8) if self._is_detailed else 0.0
+        widths: Any = 0.0
+        if self._is_detailed:
+            widths = np.where(self._leads[self._order], 1.6, 0.8)
         least = np.where(self._leads[self._order], _LEAST_LEADER_POINTS, _LEAST_POINTS) / points_per_m
         wide_m = np.maximum(about.diameter_m, least)
         self.bodies = _circles(axes, wide_m, 3.0, linewidths=widths, edgecolors="#202020")

@@ -112,7 +112,9 @@ def _title(about: Description, t_s: float, drawn: int) -> str:
     )
     if drawn <= _FEW_TRACKS:
         return picture_text("picture-tracks-few", title=title)
-    return title if drawn == about.cars else picture_text("picture-tracks-some", title=title, count=drawn)
+    if drawn == about.cars:
+        return title
+    return picture_text("picture-tracks-some", title=title, count=drawn)
 
 
 def draw_film(
@@ -156,7 +158,9 @@ def _size(box: Box) -> tuple[int, int]:
     wide, square, tall = SIZES
     if right - left > 1.3 * (top - bottom):
         return wide
-    return tall if top - bottom > 1.3 * (right - left) else square
+    if top - bottom > 1.3 * (right - left):
+        return tall
+    return square
 
 
 class MomentPictures:

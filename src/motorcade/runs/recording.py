@@ -234,7 +234,9 @@ def with_tag(event: dict[str, Any]) -> dict[str, Any]:
         tag = event["other"]
     elif kind in ("frame", "heard") and tag_of(word):
         word, tag = word_of(word), tag_of(word)
-    return event | {"word": word, "tag": tag} if tag else event
+    if tag:
+        return event | {"word": word, "tag": tag}
+    return event
 
 
 def part_of(path: Path) -> Path:
@@ -246,8 +248,7 @@ def check_writable(path: Path, endings: Iterable[str]) -> None:
     """Raise MotorcadeError unless ``path`` has one of the endings and a file can be written there."""
     endings = tuple(endings)
     if path.suffix.lower() not in endings:
-        several = Phrase("list-or", first=", ".join(endings[:-1]), last=endings[-1])
-        raise MotorcadeError("run-file-ending", file=path, allowed=several if len(endings) > 1 else endings[0])
+        raise MotorcadeError("run-file-ending", file=path, allowed=_one_of(endings))
     if path.is_dir():
         raise MotorcadeError("run-file-is-folder", file=path)
     if not path.parent.is_dir():
@@ -256,14 +257,20 @@ def check_writable(path: Path, endings: Iterable[str]) -> None:
         raise MotorcadeError("run-file-forbidden", file=path)
 
 
+def _one_of(names: Sequence[object]) -> object:
+    """Name one of several, or the only one."""
+    if len(names) == 1:
+        return names[0]
+    return Phrase("list-or", first=", ".join(map(str, names[:-1])), last=names[-1])
+
+
 @contextmanager
 def writing(*files: Path) -> Iterator[None]:
     """Raise MotorcadeError, which names the files, where the block can't write them."""
     try:
         yield
     except OSError as problem:
-        names = Phrase("list-or", first=", ".join(map(str, files[:-1])), last=files[-1]) if files[1:] else files[0]
-        raise MotorcadeError("run-file-unwritable", file=names, reason=problem) from None
+        raise MotorcadeError("run-file-unwritable", file=_one_of(files), reason=problem) from None
 
 
 def rgb(colour: str) -> tuple[float, float, float]:

@@ -109,11 +109,10 @@ class SlotCounts(Sink):
         followers = counts[~self._leads]
         once, never = int((followers == 1).sum()), int((followers == 0).sum())
         begun_ms = lags_ms[~self._leads & (lags_ms < _NEVER_MS)]
-        p50_ms, p95_ms = (
-            (int(np.percentile(begun_ms, share, method="inverted_cdf")) for share in (50, 95))
-            if len(begun_ms)
-            else (None, None)
-        )
+        p50_ms: int | None = None
+        p95_ms: int | None = None
+        if len(begun_ms):
+            p50_ms, p95_ms = (int(np.percentile(begun_ms, share, method="inverted_cdf")) for share in (50, 95))
         self._closed.append((once, len(followers) - once - never, never, p50_ms, p95_ms))
 
 
@@ -136,7 +135,10 @@ class Run:
     @property
     def events(self) -> NDArray[np.void]:
         """What happened, as from `World.take_events`; empty where there is no recording."""
-        return np.concatenate([np.zeros(0, EVENT), *(self.recording.events() if self.recording else ())])
+        nothing = np.zeros(0, EVENT)
+        if self.recording is None:
+            return nothing
+        return np.concatenate([nothing, *self.recording.events()])
 
 
 def _takes_events(target: Target) -> bool:
@@ -181,7 +183,8 @@ def simulate(
     driven_m = np.zeros(world.cars)
     slice_ms = max(EVERY_MS // world.tick_ms, 1) * world.tick_ms
     to_function("progress", progress)
-    targets = [recording, slots if slots.counts_anything else None, *files]
+    counted = slots if slots.counts_anything else None
+    targets = [recording, counted, *files]
     with Recorder(targets, world, EVERY_MS, events, lambda done_ms: progress(duration_ms + done_ms)) as recorder:
         before = world.snapshot()
         while world.now_ms < duration_ms:
@@ -191,4 +194,4 @@ def simulate(
             driven_m += np.hypot(now.x_m - before.x_m, now.y_m - before.y_m)
             before = now
             progress(world.now_ms)
-    return Run(world, driven_m, recording, slots.slots(duration_ms) if slots.counts_anything else [])
+    return Run(world, driven_m, recording, counted.slots(duration_ms) if counted else [])
