@@ -31,7 +31,7 @@ def car_lines() -> list[str]:
 def _board_lines(board: str, library: Path) -> list[str]:
     target, kind, most_words = BOARDS[board]
     program = arduino_build.compile_sketch(library_files(), f"examples/{board}", target)
-    world = emulated_chips.World(library)
+    world = emulated_chips.ChipWorld(library)
     car = world.add(kind, program.elf, program.symbols)
     world.run(100)
     # Both places are filled, so that the third image erases and writes.
