@@ -79,7 +79,7 @@ def test_a_board_in_real_time_passes_too(tmp_path):
 
 
 def test_a_simulated_car_passes(tmp_path):
-    store, line, voice, clock = ImageStore(tmp_path / "car.image"), mock_pi.Line(), mock_pi.Voice(), mock_pi.Clock()
+    store, line, voice, clock = ImageStore(tmp_path / "car.image"), mock_pi.PiLine(), mock_pi.Voice(), mock_pi.PiClock()
 
     def open_board():
         return ComputerBoard(
@@ -205,7 +205,7 @@ def rover(tmp_path, monkeypatch):
     monkeypatch.setattr(roverhat, "obstacle_cm", [30.0])
     monkeypatch.setattr(roverhat, "wheels_swapped", [False])
     roverhat.switch_on(10_000)
-    clock = mock_pi.Clock()
+    clock = mock_pi.PiClock()
     monkeypatch.setattr(roverhat, "time", SimpleNamespace(monotonic=clock))
     space: dict = {}
     for block in (0, 1):
