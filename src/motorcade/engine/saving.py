@@ -184,11 +184,11 @@ class SavableSimulation(Simulation):
         _require(header.spoken in (brain.NO_VOICE, brain.VOICE_STOP, brain.VOICE_GO))
         _require(bool((counts >= 0).all() and (counts < _MOST_COUNT).all()))
         _require(bool((wheels < 16).all() and (program <= len(self.images)).all()))
-        for rows in untaken:
-            self._check_rows(rows.reshape(-1, events.COLUMNS), header.events)
+        for kept in untaken:
+            self._check_rows(kept.reshape(-1, events.COLUMNS), header.events)
         self._check_memory(rows, program, header.tick)
         self._put(rows, wheels, program, counts, header)
-        self._taken = [(None, rows.tobytes()) if len(rows) else None for rows in untaken]
+        self._taken = [(None, kept.tobytes()) if len(kept) else None for kept in untaken]
 
     def _put(
         self,
