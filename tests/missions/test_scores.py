@@ -83,4 +83,6 @@ def test_runs_graded_side_by_side_have_the_grades_of_the_check(name):
     for number, program in enumerate(programs):
         grades = [run.grade for run, of in zip(graded, numbers, strict=True) if of == number]
         assert sum(grades) / len(grades) == pytest.approx(check_program(wanted, program).grade, abs=1e-12)
-    assert all(0 < run.coverage <= 1 and run.words > 0 for run in graded)
+    assert all(0 < run.coverage <= 1 for run in graded)
+    # The one car at the crossing tells nobody anything.
+    assert all((run.words > 0) == (name != "zebra-crossing") for run in graded)
