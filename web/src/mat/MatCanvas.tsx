@@ -159,13 +159,10 @@ export function MatCanvas() {
   const scene = useMat((now) => now.scene);
   const [camera, setCamera] = useState<Camera | null>(null);
   const [held, setHeld] = useState(false);
-  const [failure, setFailure] = useState<Error | null>(null);
 
   useEffect(() => {
-    let ended = false;
     let scale = 0;
-    let end: (() => void) | null = null;
-    void Scene.create(host.current!, {
+    const created = new Scene(host.current!, {
       onCamera: (now) => {
         // Only where it differs: until it draws the scale bar again, React keeps each update that it is told of.
         if (now.scale !== scale) setCamera(now);
@@ -173,21 +170,12 @@ export function MatCanvas() {
       },
       onDrawn: (frame) => session.shown(frame),
       onHeld: setHeld,
-    }).then((created) => {
-      if (ended) { created.destroy(); return; }
-      end = endAll(connect(created), () => created.destroy(), () => useMat.setState({ scene: null }));
-      useMat.setState({ scene: created });
-    }, (reason: unknown) => setFailure(reason instanceof Error ? reason : new Error(String(reason))));
-    return () => {
-      ended = true;
-      end?.();
-    };
+    });
+    useMat.setState({ scene: created });
+    return endAll(connect(created), () => created.destroy(), () => useMat.setState({ scene: null }));
   }, []);
 
   useEffect(() => scene?.setColours(colourWords(words)), [scene, words]);
-
-  // The boundary around the mat shows that it can't be drawn.
-  if (failure) throw failure;
 
   const isChased = useMat((now) => chasedCar(now) !== null);
   const bar = camera && !isChased && scaleBar(camera);

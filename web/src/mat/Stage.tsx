@@ -8,7 +8,7 @@ import { useSettings } from "../state/settings";
 import { isHeard, useStudio } from "../state/studio";
 import { useMission } from "../missions/store";
 import { endAll } from "../ui/areas";
-import { ChaseView } from "./ChaseView";
+import { BehindView } from "./BehindView";
 import { danceOf } from "./dance";
 import { ToolButton } from "./fields";
 import { DrawHint } from "./RoadTools";
@@ -38,7 +38,7 @@ export function Stage() {
   return (
     <div className={css.stage}>
       <MatCanvas />
-      <ChaseView />
+      <BehindView />
       <Thoughts />
       <ZoneGrips />
       <CarCard />

@@ -71,6 +71,12 @@ export function fitted(box: Box, size: Size, mostScale = MOST_SCALE): Camera {
   };
 }
 
+/** The box as large as a picture of a size has room for it. */
+export function cameraOn(box: Box, { width, height }: Size): Camera {
+  const scale = Math.min(width / (box.right - box.left), height / (box.top - box.bottom));
+  return { x: (box.left + box.right) / 2, y: (box.bottom + box.top) / 2, scale };
+}
+
 /** The box around points; null around none. */
 export function boxAround(x: ArrayLike<number>, y: ArrayLike<number>): Box | null {
   if (x.length === 0) return null;
