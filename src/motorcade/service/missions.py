@@ -36,13 +36,17 @@ Stars = Mapping[str, list[int]]
 
 
 class MissionZone(Struct):
-    """A zone: ``corners_m``, or a disc. ``name`` is its name in the file, ``title`` what people read."""
+    """A zone: ``corners_m``, or a disc. ``name`` is its name in the file, ``title`` what people read.
+
+    ``avoid`` says that a goal keeps cars out of it for the whole run.
+    """
 
     name: str
     title: Sentence
     corners_m: list[list[float]]
     centre_m: list[float] | None
     radius_m: float | None
+    avoid: bool = False
 
 
 class _ShownMission(Struct, kw_only=True):
@@ -280,12 +284,14 @@ def mission_goals(mission: model.Mission) -> list[MissionGoal]:
 
 def mission_zones(mission: model.Mission) -> list[MissionZone]:
     """The zones of a mission, as pages draw them."""
-    return [
-        MissionZone(zone.name, zone.title.texts, [[x, y] for x, y in zone.corners], None, None)
-        if zone.corners
-        else MissionZone(zone.name, zone.title.texts, [], [*zone.disc[:2]], zone.disc[2])
-        for zone in mission.zones
-    ]
+    forbidding = [goal.values for goal in mission.goals if goal.kind == "out-of-zone" and goal.at == "always"]
+    avoided = {values["zone"] for values in forbidding if "from_s" not in values and "until_s" not in values}
+    zones = []
+    for zone in mission.zones:
+        corners = [[x, y] for x, y in zone.corners]
+        centre, radius = (None, None) if corners else ([*zone.disc[:2]], zone.disc[2])
+        zones.append(MissionZone(zone.name, zone.title.texts, corners, centre, radius, zone.name in avoided))
+    return zones
 
 
 class Referee:

@@ -37,12 +37,12 @@ function connect(scene: Scene): () => void {
   // Of another project, whose cars the camera shows at once.
   let awaited: "hello" | "picture" | null = null;
   return endAll(
-    session.listen((picture) => {
+    session.listen((picture, missed) => {
       if (awaited === "picture") {
         awaited = null;
         scene.cut();
       }
-      scene.take(picture);
+      scene.take(picture, missed);
     }),
     useMat.subscribe((now, before) => {
       if (now.hello && now.hello !== before.hello) {
@@ -57,8 +57,9 @@ function connect(scene: Scene): () => void {
     }),
     attachPointers(scene.host, scene, {
       gripAt: (point, reachPx) => {
-        const { chosen, hello: now, tMs } = useMat.getState();
-        const sight = { mat: useStudio.getState().mat, chosen, drawn: scene.motion.drawn, radiusM: now?.radius_m ?? 0.075, tMs };
+        const { chosen, tMs } = useMat.getState();
+        const radiusM = scene.carPx / scene.camera.scale / 2;
+        const sight = { mat: useStudio.getState().mat, chosen, drawn: scene.motion.drawn, radiusM, tMs };
         return gripAt(sight, point, reachPx / scene.camera.scale);
       },
       onChoose: (grip, at) => {

@@ -1,13 +1,11 @@
 /** What is in the air: the rings of frames that go out, and how far infrared reaches. Lengths are metres. */
 
-import { EVENT_COLUMNS, EventColumn, Flag, KINDS, LOSS_REASONS, type Picture } from "../api/world";
+import { EVENT_COLUMNS, EventColumn, Flag, KINDS, type Picture } from "../api/world";
 import type { MatTheme } from "./colours";
 import type { Drawn } from "./motion";
 
 const FRAME = KINDS.indexOf("frame");
 const HEARD = KINDS.indexOf("heard");
-const LOST = KINDS.indexOf("lost");
-const COLLISION = LOSS_REASONS.indexOf("collision");
 const RING_MS = 600;
 /** More rings would hide the cars, and be slow without a graphics processor. */
 const MOST_RINGS = 60;
@@ -25,11 +23,6 @@ export interface Ring {
   fill: number;
 }
 
-interface FrameListeners {
-  onLost: (car: number, collided: boolean) => void;
-  onHeard: (car: number) => void;
-}
-
 export class Air {
   chosen: number | null = null;
   shown = true;
@@ -45,14 +38,14 @@ export class Air {
     this.sent = [];
   }
 
-  take(picture: Picture, atMs: number, { onLost, onHeard }: FrameListeners): void {
+  /** Take a picture's events; `onHeard` is told which cars heard a frame. */
+  take(picture: Picture, atMs: number, onHeard: (car: number) => void): void {
     const { events } = picture;
     for (let at = 0; at < events.length; at += EVENT_COLUMNS) {
       const kind = events[at + EventColumn.kind]!;
       const car = events[at + EventColumn.car]!;
       if ((kind & 255) === FRAME && this.shown && !this.still()) this.begin(car, atMs);
       else if ((kind & 255) === HEARD) onHeard(car);
-      else if ((kind & 255) === LOST) onLost(car, ((kind >> 8) & 255) === COLLISION);
     }
     this.senders = [];
     if (!this.still()) return;

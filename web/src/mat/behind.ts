@@ -178,7 +178,7 @@ export function paintBehind(g: CanvasRenderingContext2D, view: View, eye: Eye, s
   g.fillStyle = contrast ? "#ffffff" : theme.edge;
   g.fillRect(0, horizon - 1, size.width, 1.5);
   const { ground, pattern, flat, things } = mat ? marksOf(mat, floor, theme) : { ground: [], pattern: [], flat: [], things: [] };
-  for (const mark of [...ground, ...pattern, ...flat, ...view.zones.flatMap((zone) => zoneMarks(zone, theme))]) paintMark(mark);
+  for (const mark of [...ground, ...pattern, ...flat, ...view.zones.flatMap((zone) => zoneMarks(zone, theme, contrast))]) paintMark(mark);
   for (const { x, y, radiusM, widthPx, colour, alpha, fill: inside } of view.rings) {
     const ring = ringOf([x, y], radiusM);
     paintMark(area(ring, colour, inside));

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { between, boxOf, fitted, framed, isWellFramed, panned, scaleBar, toScreen, toWorld, zoomed } from "./camera";
+import { between, boxOf, fitted, framed, isWellFramed, panned, scaleBar, shortestPx, toScreen, toWorld, zoomed } from "./camera";
 import { boxAt, discAt, touchesMat } from "../missions/draft";
 import type { Mat, Point } from "./document";
 import { Motion } from "./motion";
@@ -51,12 +51,15 @@ describe("the camera", () => {
     }
   });
 
-  it("keeps few cars 24 pixels long and the leader in view; many as small as it takes", () => {
-    expect(carPx([0, 100], [0, 0])).toBeCloseTo(24);
+  it("has all cars in view before the leader is in the middle, and paints none of few shorter than 24 pixels", () => {
+    const camera = framed(cast([0, 20], [0, 0]), SIZE)!;
+    for (const x of [0, 20]) {
+      const [px] = toScreen(camera, SIZE, [x, 0]);
+      expect(px > 0 && px < SIZE.width).toBe(true);
+    }
     const [px, py] = toScreen(framed(cast([0, 100], [0, 0]), SIZE)!, SIZE, [0, 0]);
     expect(px > 0 && px < SIZE.width && py > 0 && py < SIZE.height).toBe(true);
-    const row = Array.from({ length: 300 }, (_, k) => k);
-    expect(carPx(row, row)).toBeLessThan(24);
+    expect([13, 200, 201].map(shortestPx)).toEqual([24, 24, 9]);
   });
 
   it("rests while it shows the cars well, and goes where they leave the view or gather", () => {

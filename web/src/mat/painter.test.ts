@@ -95,7 +95,7 @@ it("tracks are painted again after the camera moved, in the colour of the theme"
 
 it("the camera shows all cars of a mission, however small", () => {
   const size = { width: 800, height: 600 };
-  const some = { x: [0.5, 10.1], y: [1, 1], carM: 0.15, first: 0 };
+  const some = { x: [0.5, 60.1], y: [1, 1], carM: 0.15, first: 0 };
   const long = { ...some, all: true };
   const camera = framed(long, size)!;
   for (const x of long.x) {
@@ -107,7 +107,7 @@ it("the camera shows all cars of a mission, however small", () => {
 
 it("zones' names have the page's font and stand at the upper edge, where no car waits", () => {
   document.body.style.fontFamily = "Page, serif";
-  const zone = { name: "a", title: { en: "Garage", zh: "车库" }, corners_m: [], centre_m: [1, 1], radius_m: 0.5 };
+  const zone = { name: "a", title: { en: "Garage", zh: "车库" }, corners_m: [], centre_m: [1, 1], radius_m: 0.5, avoid: false };
   paint(testContext(SIZE.width, SIZE.height), { ...viewOf(null), zones: [{ zone, name: "Garage", fits: false }] }, CAMERA);
   expect(sprites.filter(({ what }) => what === "fillText").map(({ args }) => args)).toEqual([["Garage", 200, 104]]);
 });

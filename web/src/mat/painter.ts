@@ -34,8 +34,9 @@ export interface View {
   /** What lies on the floor besides, below the cars. */
   below: readonly Mark[];
   tracks: Tracks | null;
-  /** How long a car is, in metres. */
+  /** How long a car is, in metres, and how many pixels of the page it has at least. */
   carM: number;
+  leastCarPx: number;
   cars: readonly CarLook[];
   /** The cars with a ring around them. */
   ringed: ReadonlySet<number>;
@@ -54,6 +55,7 @@ export const viewOf = (mat: Mat | null): View => ({
   below: [],
   tracks: null,
   carM: 0.15,
+  leastCarPx: 9,
   cars: [],
   ringed: new Set(),
   rings: [],
@@ -61,8 +63,6 @@ export const viewOf = (mat: Mat | null): View => ({
   tMs: 0,
 });
 
-/** The least size of a car on the screen, so that cars stay visible on a large mat. */
-const LEAST_PX = 9;
 /** A car has a number plate where its number, or at least its colour, can be told. */
 const PLATE_PX = 26;
 const TRACK_M = 0.014;
@@ -124,7 +124,7 @@ function paintStill(lens: Lens, view: View): void {
     paintMarks(lens, marks.flat);
     paintMarks(lens, thingMarks(marks));
   }
-  for (const zone of zones) paintMarks(lens, zoneMarks(zone, theme));
+  for (const zone of zones) paintMarks(lens, zoneMarks(zone, theme, view.contrast));
   paintMarks(lens, view.below);
   for (const { paths, alpha } of tracks?.strips ?? []) {
     g.beginPath();
@@ -267,7 +267,7 @@ function paintRing({ g, scale, sharpness }: Lens, { x, y, radiusM, widthPx, colo
 /** Paint shadows and light first, then bodies, then the signs above them, so that no car's shadow hides another. */
 function paintCars(lens: Lens, view: View): void {
   const { g, sharpness } = lens;
-  const side = Math.max(view.carM * lens.scale, LEAST_PX * sharpness);
+  const side = Math.max(view.carM * lens.scale, view.leastCarPx * sharpness);
   const simple = view.cars.length > MOST_RICH;
   const seen: SeenCar[] = [];
   const { width, height } = g.canvas;

@@ -7,7 +7,7 @@ import { useSettings } from "../state/settings";
 import { isCalm, sharpContext, watchSize } from "../ui/areas";
 import { areWordsDue } from "../words/compiling";
 import { Air } from "./air";
-import { between, boxOf, boxOfMat, boxOfRoads, boxOfZone, type Camera, type Cast, fitted, framed, isSame, isWellFramed, type Size } from "./camera";
+import { between, boxOf, boxOfMat, boxOfRoads, boxOfZone, type Camera, type Cast, fitted, framed, isSame, isWellFramed, shortestPx, type Size } from "./camera";
 import { CarLooks } from "./carLooks";
 import { watchTheme, type WordColours } from "./colours";
 import type { DanceMove } from "./dance";
@@ -15,6 +15,7 @@ import { floorOf, handlesOf, type Mat, pieceOf, type PieceId, type Point } from 
 import { Drawings } from "./drawings";
 import { lookOf } from "./floors";
 import { ROAD_COLOURS, ROAD_M } from "./marks";
+import type { Miss } from "./missed";
 import { Motion } from "./motion";
 import { paint, type View, viewOf } from "./painter";
 import { line, type Mark } from "./shapes";
@@ -96,6 +97,7 @@ export class Scene {
     const { cars, leads = [], radius_m = 0.075, range_m = 1 } = hello;
     if (this.motion.picture?.cars !== cars) this.motion.forget();
     this.view.carM = 2 * radius_m;
+    this.view.leastCarPx = shortestPx(cars);
     this.first = leads[0] ?? 0;
     this.wanted = null;
     this.cars.setCars(cars, new Set(leads), radius_m);
@@ -156,16 +158,16 @@ export class Scene {
     this.draw();
   }
 
-  take(picture: Picture): void {
+  /** Show a picture, and which words were missed. */
+  take(picture: Picture, missed: readonly Miss[] = []): void {
     const now = performance.now();
     this.motion.take(picture, now);
     this.tracks.take(picture);
     this.cars.take(picture, this.colours);
-    this.air.take(picture, now, {
-      // Who begins has not met lost messages yet.
-      onLost: (car, collided) => useSettings.getState().level !== "start" && this.cars.lose(car, collided, now),
-      onHeard: (car) => isCalm() || this.cars.hear(car, now),
-    });
+    this.air.take(picture, now, (car) => isCalm() || this.cars.hear(car, now));
+    // Who begins has not met lost messages yet.
+    const isTold = useSettings.getState().level !== "start";
+    for (const { car, collided } of isTold ? missed : []) this.cars.lose(car, collided, now);
     this.undrawn = true;
     this.draw();
   }
@@ -222,9 +224,9 @@ export class Scene {
     return () => this.drawnListeners.delete(listener);
   }
 
-  /** How long a car is on the screen, in pixels. */
+  /** How long a car is painted, in pixels. */
   get carPx(): number {
-    return this.view.carM * this.camera.scale;
+    return Math.max(this.view.carM * this.camera.scale, this.view.leastCarPx);
   }
 
   /** Where the names of zones are on the stage. */
