@@ -6,7 +6,7 @@
 
 import type { Size } from "./camera";
 import { type CarLook, carMarks } from "./carLooks";
-import { DARK } from "./carPaint";
+import { DARK, dot } from "./carPaint";
 import { pageFont, plateColour } from "./colours";
 import { listOf, personAt, type Point } from "./document";
 import { figure } from "./figure";
@@ -121,6 +121,11 @@ export function paintBehind(g: CanvasRenderingContext2D, view: View, eye: Eye, s
     g.lineWidth = edgePx;
     if (edge) g.stroke();
   };
+  const ball = ([x, y]: [number, number], radius: number, colour: string, alpha = 1) => {
+    g.globalAlpha *= alpha;
+    dot(g, colour, x, y, radius);
+    g.globalAlpha /= alpha;
+  };
   const upright = ([ax, ay]: Point, [bx, by]: Point, low: number, high: number) => seen(eye, size, [[ax, ay, low], [bx, by, low], [bx, by, high], [ax, ay, high]]);
   const level = (way: readonly Point[], z: number) => seen(eye, size, way.map(([x, y]) => [x, y, z] as const));
 
@@ -145,14 +150,7 @@ export function paintBehind(g: CanvasRenderingContext2D, view: View, eye: Eye, s
     const isHair = widthM > 0 && widthM < 0.004 && way.length > 1;
     if (way.length === 1) {
       const [spot] = seen(eye, size, [[...way[0]!, highM]], false);
-      const radius = (widthM / 2) * pixelsAt(way[0]!);
-      if (!spot || !radius) return;
-      g.beginPath();
-      g.arc(...spot, radius, 0, 2 * Math.PI);
-      g.fillStyle = colour;
-      g.globalAlpha = alpha;
-      g.fill();
-      g.globalAlpha = 1;
+      if (spot) ball(spot, (widthM / 2) * pixelsAt(way[0]!), colour, alpha);
     } else if (isHair) {
       const points = seen(eye, size, way.map(([x, y]) => [x, y, highM] as const), false);
       g.beginPath();
@@ -194,10 +192,7 @@ export function paintBehind(g: CanvasRenderingContext2D, view: View, eye: Eye, s
     const px = half * pixelsAt([car.x, car.y]);
     const [rear] = seen(eye, size, [[car.x - half * 0.94 * Math.cos(car.heading), car.y - half * 0.94 * Math.sin(car.heading), half * 0.5]], false);
     if (px < NUMBERED_PX || !rear || !near.length || Math.cos(car.heading - eye.heading) < 0) return;
-    g.beginPath();
-    g.arc(...rear, 0.3 * px, 0, 2 * Math.PI);
-    g.fillStyle = plateColour(number);
-    g.fill();
+    ball(rear, 0.3 * px, plateColour(number));
     g.font = `700 ${Math.round(px * 0.42)}px ${pageFont()}`;
     g.textAlign = "center";
     g.textBaseline = "middle";
