@@ -4,6 +4,7 @@ import { MissedWords } from "./missed";
 import { pictureOf } from "./testPictures";
 
 const [HEARD, LOST] = [KINDS.indexOf("heard"), KINDS.indexOf("lost")];
+const PARITY = LOST | (LOSS_REASONS.indexOf("parity") << 8);
 const COLLIDED = LOST | (LOSS_REASONS.indexOf("collision") << 8);
 
 /** A picture at a time, with events of a car: when, what, and of which word. */
@@ -12,16 +13,25 @@ const at = (tMs: number, events: (readonly [tMs: number, kind: number, word: num
 
 it("a word is missed where no other frame of it is heard soon before or after the lost one", () => {
   const missed = new MissedWords();
-  expect(missed.take(at(100, [[100, HEARD, 7], [100, COLLIDED, 8]]))).toEqual([]);
+  expect(missed.take(at(100, [[100, HEARD, 14], [100, COLLIDED, 24]]))).toEqual([]);
   // A copy of what was heard, and a lost word that is heard after all.
-  expect(missed.take(at(200, [[150, COLLIDED, 7], [180, LOST, 9]]))).toEqual([]);
-  missed.take(at(400, [[300, HEARD, 9]]));
+  expect(missed.take(at(200, [[150, COLLIDED, 15], [180, LOST, 36]]))).toEqual([]);
+  missed.take(at(400, [[300, HEARD, 36]]));
   expect(missed.take(at(1601))).toEqual([{ car: 1, collided: true }]);
   expect(missed.count).toBe(1);
   expect(missed.take(at(3000))).toEqual([]);
   expect(missed.count).toBe(1);
   missed.take(at(7000));
   expect(missed.count).toBe(0);
+});
+
+it("a damaged frame is a miss only where the car heard nothing meanwhile", () => {
+  const missed = new MissedWords();
+  missed.take(at(100, [[100, PARITY, 5]]));
+  missed.take(at(200, [[200, HEARD, 14]]));
+  expect(missed.take(at(2000))).toEqual([]);
+  missed.take(at(5000, [[5000, PARITY, 5]]));
+  expect(missed.take(at(7000))).toEqual([{ car: 1, collided: false }]);
 });
 
 it("many lost frames of one word are one miss; the past counts none, and another run begins at 0", () => {

@@ -1,6 +1,7 @@
 /**
  * Which words cars missed for good. A frame that is lost says little: others repeat its word, and the car hears one of
- * them. A word is missed where a car lost a frame of it and heard none within WAIT_MS before and after.
+ * them. A word is missed where a car lost a frame of it and heard none within WAIT_MS before and after. The bits of a
+ * damaged frame don't say which word it was: there, a car that heard anything meanwhile missed nothing.
  */
 
 import { EVENT_COLUMNS, EventColumn, KINDS, LATELY_S, LOSS_REASONS, type Picture } from "../api/world";
@@ -8,6 +9,8 @@ import { EVENT_COLUMNS, EventColumn, KINDS, LATELY_S, LOSS_REASONS, type Picture
 const HEARD = KINDS.indexOf("heard");
 const LOST = KINDS.indexOf("lost");
 const COLLISION = LOSS_REASONS.indexOf("collision");
+const DAMAGED = (["parity", "reserved", "check"] as const).map((why) => LOSS_REASONS.indexOf(why));
+const ANY_WORD = "any";
 const WAIT_MS = 1500;
 /** More open questions than these are not kept: nobody could look at so many cars. */
 const MOST_OPEN = 20_000;
@@ -36,11 +39,17 @@ export class MissedWords {
       if (!isLost && (kind & 255) !== HEARD) continue;
       const car = events[at + EventColumn.car]!;
       const eventMs = events[at + EventColumn.tMs]!;
-      const key = `${car} ${events[at + EventColumn.word]!}`;
+      // A car sets the lowest bit, which is the parity, when it sends.
+      const word = events[at + EventColumn.word]! >>> 1;
       if (!isLost) {
-        this.heardMs.set(key, eventMs);
-        this.open.delete(key);
-      } else if (eventMs - (this.heardMs.get(key) ?? -Infinity) > WAIT_MS && !this.open.has(key) && this.open.size < MOST_OPEN) {
+        for (const heard of [`${car} ${word}`, `${car} ${ANY_WORD}`]) {
+          this.heardMs.set(heard, eventMs);
+          this.open.delete(heard);
+        }
+        continue;
+      }
+      const key = `${car} ${DAMAGED.includes(kind >> 8) ? ANY_WORD : word}`;
+      if (eventMs - (this.heardMs.get(key) ?? -Infinity) > WAIT_MS && !this.open.has(key) && this.open.size < MOST_OPEN) {
         this.open.set(key, { tMs: eventMs, miss: { car, collided: kind >> 8 === COLLISION } });
       }
     }
