@@ -9,7 +9,7 @@ import { isHeard, useStudio } from "../state/studio";
 import { useMission } from "../missions/store";
 import { endAll } from "../ui/areas";
 import { BehindView } from "./BehindView";
-import { danceOf } from "./dance";
+import { danceOf } from "./moves";
 import { ToolButton } from "./fields";
 import { DrawHint } from "./RoadTools";
 import { ZoneGrips } from "../missions/ZoneGrips";
