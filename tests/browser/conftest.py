@@ -47,7 +47,7 @@ def playwright() -> Iterator[Playwright]:
 
 @pytest.fixture(scope="package")
 def browser(playwright: Playwright, chromium_path: Path) -> Iterator[Browser]:
-    # It draws the mat without WebGL, as old computers do.
+    # Without a graphics processor, as on old computers.
     with launched(playwright, chromium_path, "--disable-gpu", "--disable-software-rasterizer") as browser:
         yield browser
 

@@ -39,7 +39,7 @@ def test_a_teacher_reads_and_prints_the_notes_of_a_mission(open_page):
     page.emulate_media(media="print")
     expect(page.locator("#stage")).to_be_hidden()
     expect(notes.get_by_role("button")).to_have_count(0)
-    expect(notes.locator("svg").last).to_be_visible()
+    expect(notes.locator("canvas")).to_be_visible()
     page.emulate_media(media="screen")
     page.keyboard.press("Escape")
     page.evaluate("location.hash = '#notes=forward-and-stop'")

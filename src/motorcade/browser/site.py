@@ -41,7 +41,7 @@ _FIRST_ANSWERS = {
     "profiles": programs.profile_figures,
     "examples": documents.examples,
 }
-# Blockly and PixiJS style and draw by data: and blob: addresses. Workers, and scripts, come from files alone.
+# Blockly and the page style and draw by data: and blob: addresses. Workers, and scripts, come from files alone.
 POLICY = (
     "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; connect-src 'self'; "
     "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; media-src 'self' data: blob:; "

@@ -143,6 +143,12 @@ class OutOfZone(_ZoneGoal):
     fields: ClassVar = {**CARS, "zone": ZONE, "at": at("always"), **WINDOW}
     what = judging.OUTSIDE
 
+    @classmethod
+    def forbidden_zone(cls, goal: Goal) -> str:
+        if goal.values["at"] == "always" and not WINDOW.keys() & goal.values:
+            return str(goal.values["zone"])
+        return ""
+
 
 class Travelled(AskedGoal):
     """Cars drive so far, measured between moments."""

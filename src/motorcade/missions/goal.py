@@ -251,6 +251,11 @@ class GoalKind(ABC):
     has_events: ClassVar[bool] = False
     tries_other_seeds: ClassVar[bool] = False
 
+    @classmethod
+    def forbidden_zone(cls, goal: Goal) -> str:
+        """Return the zone in which no car of the goal may be during the whole run; "" for none."""
+        return ""
+
     def __init__(self, number: int, run: GoalRun) -> None:
         self.run = run
         self.mission = run.attempt.mission

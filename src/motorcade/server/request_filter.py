@@ -45,7 +45,7 @@ _LENGTH = re.compile("[0-9]{1,12}")
 _LARGE_BODIES = dict.fromkeys(("/api/projects/import", "/api/teacher/report.html"), 2 * MOST_BYTES)
 _WEEK_S = 7 * 24 * 3600
 _HEADERS = {
-    # Blockly styles its blocks in place, and both it and PixiJS draw from data: and blob: addresses.
+    # Blockly styles its blocks in place; it and the page draw from data: and blob: addresses.
     "Content-Security-Policy": "default-src 'self'; style-src 'self' 'unsafe-inline'; "
     "img-src 'self' data: blob:; media-src 'self' data: blob:; font-src 'self' data:; worker-src 'self' blob:; "
     "connect-src 'self' data: blob:; object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",

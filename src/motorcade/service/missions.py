@@ -16,6 +16,7 @@ from motorcade.missions.check import STEPS, check_program, open_worlds_here, wat
 from motorcade.missions.document import OWN, built_in_mission, mission_of, parse_mission
 from motorcade.missions.goal import GoalState
 from motorcade.missions.odds import OpenWorlds
+from motorcade.missions.schema import GOALS
 from motorcade.missions.watch import MissionWatch, goal_phrase
 from motorcade.program.blocks import blocks_of, program_of
 from motorcade.program.compiler import compile_program
@@ -37,13 +38,17 @@ Stars = Mapping[str, list[int]]
 
 
 class MissionZone(Struct):
-    """A zone: ``corners_m``, or a disc. ``name`` is its name in the file, ``title`` what people read."""
+    """A zone: ``corners_m``, or a disc. ``name`` is its name in the file, ``title`` what people read.
+
+    ``avoid`` says that a goal keeps cars out of it for the whole run.
+    """
 
     name: str
     title: Sentence
     corners_m: list[list[float]]
     centre_m: list[float] | None
     radius_m: float | None
+    avoid: bool = False
 
 
 class _ShownMission(Struct, kw_only=True):
@@ -289,14 +294,15 @@ def mission_goals(mission: model.Mission) -> list[MissionGoal]:
 
 def mission_zones(mission: model.Mission) -> list[MissionZone]:
     """The zones of a mission, as pages draw them."""
+    avoided = {GOALS[goal.kind].forbidden_zone(goal) for goal in mission.goals}
     zones = []
     for zone in mission.zones:
-        if zone.corners:
-            corners = [[x, y] for x, y in zone.corners]
-            zones.append(MissionZone(zone.name, zone.title.texts, corners, None, None))
-        else:
+        corners = [[x, y] for x, y in zone.corners]
+        centre, radius = None, None
+        if not corners:
             x, y, radius = zone.disc
-            zones.append(MissionZone(zone.name, zone.title.texts, [], [x, y], radius))
+            centre = [x, y]
+        zones.append(MissionZone(zone.name, zone.title.texts, corners, centre, radius, zone.name in avoided))
     return zones
 
 

@@ -34,7 +34,12 @@ class PictureItem extends Blockly.FlyoutButton {
     group.setAttribute("aria-hidden", "true");
     this.root = createRoot(group);
     const fits = this.getTargetWorkspace().getParentSvg().clientHeight >= HIGH_ENOUGH_PX;
-    if (fits) this.root.render(<ClipPicture clip={clips!.get(this.getButtonText())!} size={SIZE_PX} />);
+    const picture = (
+      <foreignObject {...SIZE_PX}>
+        <ClipPicture clip={clips!.get(this.getButtonText())!} size={SIZE_PX} />
+      </foreignObject>
+    );
+    if (fits) this.root.render(picture);
     Object.assign(this, fits ? SIZE_PX : { width: 0, height: 0 });
   }
 

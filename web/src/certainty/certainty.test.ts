@@ -27,6 +27,7 @@ const zone = (name: string, corners_m: number[][], centre_m: number[] | null = n
   corners_m,
   centre_m,
   radius_m: centre_m && 0.5,
+  avoid: false,
 });
 
 beforeEach(() => {

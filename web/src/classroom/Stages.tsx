@@ -5,8 +5,8 @@ import type { MatView, PupilRow, ClassWall, WallAnswer, WallWorld } from "../gen
 import { ClassStream } from "./ask";
 import { Avatar } from "./Avatar";
 import type { Box } from "../mat/camera";
-import { readInks } from "../mat/colours";
-import { boxOf, type Cars, columnsFor, decodeWall, drawWorld, INKS, Tiles } from "./drawing";
+import { watchTheme } from "../mat/colours";
+import { boxOf, type Cars, columnsFor, decodeWall, drawWorld, Tiles } from "./drawing";
 import { endAll, listen, watchSize } from "../ui/areas";
 import css from "./class.module.css";
 import { useLanguage, useSentences, useTexts } from "./texts";
@@ -31,7 +31,7 @@ export function WorldCanvas({ world, label, tiles, nameOf }: CanvasProps) {
       if (!element || !context) return;
       last.current = cars ?? last.current;
       box.current = boxOf(world, last.current, box.current);
-      drawWorld(context, element, { world, cars: last.current, box: box.current, inks: readInks(element, INKS) }, nameOf);
+      drawWorld(context, { world, cars: last.current, box: box.current }, nameOf, devicePixelRatio);
     },
     [world, nameOf],
   );
@@ -48,7 +48,7 @@ export function WorldCanvas({ world, label, tiles, nameOf }: CanvasProps) {
     draw();
     return () => tiles.ready(world.pupil, null);
   }, [draw, tiles, world.pupil]);
-  useEffect(() => useLanguage.subscribe(() => draw()), [draw]);
+  useEffect(() => endAll(useLanguage.subscribe(() => draw()), watchTheme(() => draw())), [draw]);
   return <canvas ref={canvas} className={css.world} role="img" aria-label={label} />;
 }
 

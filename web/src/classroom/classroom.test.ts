@@ -3,8 +3,8 @@ import type { PupilRow, WallWorld } from "../generated/classroom";
 import { ClassStream } from "./ask";
 import { byNeed } from "./TeacherPupils";
 import { bytesOf } from "../api/testStream";
-import { groundOf } from "../mat/floors";
-import { boxOf, columnsFor, decodeWall, drawFloor, drawWorld, Tiles } from "./drawing";
+import { type Painted, testContext, watchCanvases } from "../mat/testCanvas";
+import { boxOf, columnsFor, decodeWall, drawWorld, Tiles } from "./drawing";
 import { secretOf } from "./secret";
 import { useLanguage } from "./texts";
 
@@ -176,51 +176,47 @@ describe("a stream", () => {
   });
 });
 
-it("the projector shows the floor of the mat, with its pattern where there is room", () => {
-  const filled: unknown[] = [];
-  const nothing = () => undefined;
-  const context = new Proxy({ fill: () => filled.push(context.fillStyle), fillRect: () => filled.push(context.fillStyle) } as unknown as CanvasRenderingContext2D, {
-    get: (target, key): unknown => Reflect.get(target, key) ?? nothing,
+const CARS = decodeWall(bytesOf(GOLDEN))!.worlds.get(0)!;
+const worldWith = (more: object) => ({ pupil: "", mat: {}, leads: [0], radius_m: 0.075, cars: 2, zones: [], goals: [], ...more }) as unknown as WallWorld;
+
+describe("the projector", () => {
+  let painted: Painted[];
+  beforeEach(() => {
+    painted = watchCanvases();
   });
-  const moon = { format: "motorcade-mat/1", name: "Moon", size_m: [2, 1], floor: "moon" } as const;
-  drawFloor(context, moon, 100, "#ffffff");
-  expect(filled).toEqual([groundOf("moon")]);
-  drawFloor(context, moon, 600, "#ffffff");
-  expect(filled).toContain("#9f9d98");
-});
+  afterEach(() => {
+    vi.restoreAllMocks();
+  });
 
-it("the projector draws each car by the studio's picture, turned to where it drives", () => {
-  const painted: unknown[] = [];
-  const turned: number[] = [];
-  const context = (drawn: unknown[]) =>
-    new Proxy<object>({ drawImage: (picture: unknown) => drawn.push(picture), rotate: (by: number) => turned.push(by) }, {
-      get: (target, key): unknown => Reflect.get(target, key) ?? (() => ({ addColorStop: () => undefined })),
-    }) as CanvasRenderingContext2D;
-  const made = vi.spyOn(HTMLCanvasElement.prototype, "getContext").mockImplementation((() => context([])) as never);
-  const cars = decodeWall(bytesOf(GOLDEN))!.worlds.get(0)!;
-  const two = { ...cars, cars: 2, x: [1, 2], y: [1, 2], heading: [0.5, 1], led: [4, 0], flags: [0, 0] } as never;
-  const world = { pupil: "", mat: {}, leads: [0], radius_m: 0.075, cars: 2, zones: [], goals: [] } as unknown as WallWorld;
-  const inks = { floor: "#fff", thing: "#888", leader: "#d62728", follower: "#1f77b4", beam: "#0f0", text: "#000" };
-  drawWorld(context(painted), { width: 300, height: 200 }, { world, cars: two, box: boxOf(world, two, null), inks });
-  made.mockRestore();
-  expect(painted).toHaveLength(2);
-  expect(new Set(painted).size).toBe(2);
-  expect(turned).toEqual([-0.5, -1]);
-});
+  it("shows the floor of the mat, with its pattern where there is room", () => {
+    const world = worldWith({ mat: { format: "motorcade-mat/1", name: "Moon", size_m: [2, 1], floor: "moon" } });
+    const fillsOn = (width: number) => {
+      painted.length = 0;
+      drawWorld(testContext(width, width / 2), { world, cars: undefined, box: boxOf(world, undefined, null) });
+      return painted.map(({ colour }) => colour);
+    };
+    expect(fillsOn(200)).toContain("#aaa8a2");
+    expect(fillsOn(200)).not.toContain("#9f9d98");
+    expect(fillsOn(1200)).toContain("#9f9d98");
+  });
 
-it("a zone of a small world has its name in the page's language", () => {
-  const written: string[] = [];
-  const given = { measureText: () => ({ width: 1 }), fillText: (text: string) => written.push(text) };
-  const context = new Proxy(given, {
-    get: (own, key) => Reflect.get(own, key) as unknown ?? (() => undefined),
-    set: () => true,
-  }) as unknown as CanvasRenderingContext2D;
-  const zones = [{ title: { en: "the garage", zh: "车库" }, centre_m: [1, 1], radius_m: 0.5, corners_m: [] }];
-  const world = { pupil: "", mat: {}, leads: [], radius_m: 0.075, cars: 0, zones, goals: [] } as unknown as WallWorld;
-  const inks = { floor: "#fff", thing: "#888", leader: "#d62728", follower: "#1f77b4", beam: "#0f0", text: "#000" };
-  for (const language of ["zh", "en"]) {
-    useLanguage.setState({ language });
-    drawWorld(context, { width: 300, height: 200 }, { world, cars: undefined, box: boxOf(world, undefined, null), inks });
-  }
-  expect(written).toEqual(["车库", "the garage"]);
+  it("draws each car by the studio's picture, turned to where it drives", () => {
+    const own: Painted[] = [];
+    const two = { ...CARS, cars: 2, x: [1, 2], y: [1, 2], heading: [0.5, 1], led: [4, 0], flags: [0, 0] } as never;
+    const world = worldWith({});
+    drawWorld(testContext(300, 200, own), { world, cars: two, box: boxOf(world, two, null) });
+    const turned = own.filter(({ what, transform }) => what === "drawImage" && transform[1] !== 0);
+    const angles = new Set(turned.map(({ transform }) => Math.atan2(transform[1]!, transform[0]!).toFixed(3)));
+    expect([...angles]).toEqual(["-0.500", "-1.000"]);
+  });
+
+  it("has names of zones in the page's language", () => {
+    const zones = [{ title: { en: "the garage", zh: "车库" }, name: "garage", centre_m: [1, 1], radius_m: 0.5, corners_m: [] }];
+    const world = worldWith({ zones });
+    for (const language of ["zh", "en"]) {
+      useLanguage.setState({ language });
+      drawWorld(testContext(300, 200), { world, cars: undefined, box: boxOf(world, undefined, null) });
+    }
+    expect(painted.filter(({ what }) => what === "fillText").map(({ args }) => args[0])).toEqual(["车库", "the garage"]);
+  });
 });

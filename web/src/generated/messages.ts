@@ -176,6 +176,7 @@ export interface MissionZone {
   corners_m: number[][];
   centre_m: number[] | null;
   radius_m: number | null;
+  avoid: boolean;
 }
 
 /** A mission: the id of one that comes with Motorcade, or the document of the user's own. */

@@ -23,7 +23,7 @@ export function ClipPicture({ clip, moves: isMoved = false, size }: ClipPictureP
   const [isInView, setInView] = useState(false);
   const [isPointedAt, setPointedAt] = useState(false);
   const moves = isMoved || isPointedAt;
-  const frame = useRef<SVGSVGElement>(null);
+  const frame = useRef<HTMLSpanElement>(null);
   const shown = useRef(0);
   useEffect(() => {
     const observer = new IntersectionObserver(([entry]) => setInView(entry!.isIntersecting), { threshold: 0.6 });

@@ -37,12 +37,12 @@ function connect(scene: Scene): () => void {
   // Of another project, whose cars the camera shows at once.
   let awaited: "hello" | "picture" | null = null;
   return endAll(
-    session.listen((picture) => {
+    session.listen((picture, missed) => {
       if (awaited === "picture") {
         awaited = null;
         scene.cut();
       }
-      scene.take(picture);
+      scene.take(picture, missed);
     }),
     useMat.subscribe((now, before) => {
       if (now.hello && now.hello !== before.hello) {
@@ -57,8 +57,9 @@ function connect(scene: Scene): () => void {
     }),
     attachPointers(scene.host, scene, {
       gripAt: (point, reachPx) => {
-        const { chosen, hello: now, tMs } = useMat.getState();
-        const sight = { mat: useStudio.getState().mat, chosen, drawn: scene.motion.drawn, radiusM: now?.radius_m ?? 0.075, tMs };
+        const { chosen, tMs } = useMat.getState();
+        const radiusM = scene.carPx / scene.camera.scale / 2;
+        const sight = { mat: useStudio.getState().mat, chosen, drawn: scene.motion.drawn, radiusM, tMs };
         return gripAt(sight, point, reachPx / scene.camera.scale);
       },
       onChoose: (grip, at) => {
@@ -159,13 +160,10 @@ export function MatCanvas() {
   const scene = useMat((now) => now.scene);
   const [camera, setCamera] = useState<Camera | null>(null);
   const [held, setHeld] = useState(false);
-  const [failure, setFailure] = useState<Error | null>(null);
 
   useEffect(() => {
-    let ended = false;
     let scale = 0;
-    let end: (() => void) | null = null;
-    void Scene.create(host.current!, {
+    const created = new Scene(host.current!, {
       onCamera: (now) => {
         // Only where it differs: until it draws the scale bar again, React keeps each update that it is told of.
         if (now.scale !== scale) setCamera(now);
@@ -173,21 +171,12 @@ export function MatCanvas() {
       },
       onDrawn: (frame) => session.shown(frame),
       onHeld: setHeld,
-    }).then((created) => {
-      if (ended) { created.destroy(); return; }
-      end = endAll(connect(created), () => created.destroy(), () => useMat.setState({ scene: null }));
-      useMat.setState({ scene: created });
-    }, (reason: unknown) => setFailure(reason instanceof Error ? reason : new Error(String(reason))));
-    return () => {
-      ended = true;
-      end?.();
-    };
+    });
+    useMat.setState({ scene: created });
+    return endAll(connect(created), () => created.destroy(), () => useMat.setState({ scene: null }));
   }, []);
 
   useEffect(() => scene?.setColours(colourWords(words)), [scene, words]);
-
-  // The boundary around the mat shows that it can't be drawn.
-  if (failure) throw failure;
 
   const isChased = useMat((now) => chasedCar(now) !== null);
   const bar = camera && !isChased && scaleBar(camera);

@@ -18,7 +18,7 @@ const MINIMUM_MS = 3000;
 export const Narration = memo(function Narration() {
   const { i18n } = useTranslation();
   const on = useSettings((settings) => settings.caption);
-  // Who begins has not met lost frames yet.
+  // Who begins has not met lost messages yet.
   const isStart = useSettings((settings) => settings.level === "start");
   // Before anything happened there is nothing to say over the stage.
   const begun = useMat(({ state, tMs }) => tMs > 0 || (state?.playing ?? false));
@@ -34,7 +34,7 @@ export const Narration = memo(function Narration() {
         setSentence("");
         return;
       }
-      const summary = summarize(picture, new Set(useMat.getState().hello?.leads));
+      const summary = summarize(picture, new Set(useMat.getState().hello?.leads), picture.past ? 0 : session.missed.count);
       setSentence(describe(summary, isStart ? "none" : "counted"));
       const text = describe(summary, isStart ? "none" : "mentioned");
       if (pace.due(text, performance.now(), picture.fresh)) setAnnounced(text);

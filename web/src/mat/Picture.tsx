@@ -1,13 +1,19 @@
-import type { Ref } from "react";
+import { type Ref, useEffect, useRef, useState } from "react";
 import type { MissionZone } from "../generated/messages";
-import { type Box, boxOfMat, boxOfPoints, grown } from "./camera";
-import { hexColour, LEDS } from "./colours";
-import { floorOf, type Mat, personAt, type Point } from "./document";
-import { groundOf } from "./floors";
-import { roadMarks } from "./marks";
+import { sharpContext, watchSize } from "../ui/areas";
+import { type Box, boxOfMat, boxOfPoints, cameraOn, grown } from "./camera";
+import { type CarLook, carAt } from "./carLooks";
+import { watchTheme } from "./colours";
+import type { Mat, Point } from "./document";
+import { paint, type View, viewOf } from "./painter";
+import type { Mark } from "./shapes";
 import css from "./picture.module.css";
 
 const CAR_M = 0.15;
+/** A car is as long as this share of its picture at least. */
+const CAR_SHARE = 1 / 14;
+/** How large the cars of a crowd are, compared with others. */
+const CROWD_SIZE = 0.7;
 
 /** A car at one moment. */
 export interface PlacedCar {
@@ -30,73 +36,53 @@ interface PictureProps {
   size?: { width: number; height: number };
   /** The pointer comes, or goes. */
   onPoint?: (isThere: boolean) => void;
-  ref?: Ref<SVGSVGElement>;
+  ref?: Ref<HTMLSpanElement>;
 }
 
-/** A mat from above, drawn from its data: a picture that always fits, also of a mission that a teacher wrote. */
-export function Picture({ mat, zones = [], cars, tMs = 0, way = [], size: sizePx, onPoint, ref }: PictureProps) {
-  const { left, bottom, right, top } = boxOf(mat, zones);
-  const size = Math.max(right - left, (top - bottom) * 1.6);
-  const car = Math.max(CAR_M, size / 16);
-  const points = (corners: readonly (readonly number[])[]) => corners.map(([x, y]) => `${x},${-y!}`).join(" ");
+const NOTHING: readonly never[] = [];
+
+/** A mat from above, painted as the stage is: a picture that always fits, also of a mission that a teacher wrote. */
+export function Picture({ mat, zones = NOTHING, cars, tMs = 0, way = NOTHING, size, onPoint, ref }: PictureProps) {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const [look, setLook] = useState(0);
+  useEffect(() => watchTheme(() => setLook((before) => before + 1)), []);
+  const [shown] = useState(() => ({ zones: NOTHING as View["zones"], of: NOTHING as readonly MissionZone[], way: NOTHING as readonly Mark[] }));
+  useEffect(() => {
+    const element = canvas.current!;
+    const draw = () => {
+      const { clientWidth: width, clientHeight: height } = element;
+      if (!width || !height) return;
+      const box = boxOf(mat, zones);
+      const view = viewOf(mat);
+      if (shown.of !== zones) Object.assign(shown, { of: zones, zones: zones.map((zone) => ({ zone, name: null, fits: true })) });
+      if (way.length > 1 && shown.way[0]?.way !== way) shown.way = [{ way, widthM: 0.001, leastPx: 2, colour: view.theme.leader, alpha: 0.35 }];
+      const carM = Math.max(CAR_M, CAR_SHARE * Math.max(box.right - box.left, (box.top - box.bottom) * 1.6));
+      Object.assign(view, { zones: shown.zones, below: shown.way, carM, isDetailed: false, tMs });
+      view.cars = cars ? cars.map((car) => lookOf(car, view)) : firstCars(mat, view);
+      const context = sharpContext(element, width, height);
+      paint(context, view, cameraOn(box, { width, height }), element.width / width);
+    };
+    draw();
+    return watchSize(element, draw);
+  }, [mat, zones, cars, tMs, way, look, shown]);
   return (
-    <svg
-      ref={ref}
-      className={sizePx ? undefined : css.picture}
-      {...sizePx}
-      viewBox={`${left} ${-top} ${right - left} ${top - bottom}`}
-      aria-hidden="true"
-      onPointerEnter={() => onPoint?.(true)}
-      onPointerLeave={() => onPoint?.(false)}
-    >
-      {mat.size_m && <rect className={css.floor} style={{ fill: groundOf(floorOf(mat)) }} x={0} y={-mat.size_m[1]} width={mat.size_m[0]} height={mat.size_m[1]} />}
-      {roadMarks(mat).map(({ way: middle, widthM, colour }, k) =>
-        widthM ? (
-          <polyline key={k} className={css.road} stroke={colour} strokeWidth={widthM} points={points(middle)} />
-        ) : (
-          <polygon key={k} fill={colour} points={points(middle)} />
-        ),
-      )}
-      {zones.map(({ name, corners_m, centre_m, radius_m }) =>
-        centre_m ? (
-          <circle key={name} className={css.zone} cx={centre_m[0]} cy={-centre_m[1]!} r={radius_m!} />
-        ) : (
-          <polygon key={name} className={css.zone} points={points(corners_m)} />
-        ),
-      )}
-      {mat.polygon?.map(({ corners_m }, k) => <polygon key={k} className={css.thing} points={points(corners_m)} />)}
-      {mat.disc?.map(({ centre_m: [x, y], radius_m }, k) => <circle key={k} className={css.thing} cx={x} cy={-y} r={radius_m} />)}
-      {mat.wall?.map(({ from_m, to_m }, k) => (
-        <line key={k} className={css.wall} x1={from_m[0]} y1={-from_m[1]} x2={to_m[0]} y2={-to_m[1]} />
-      ))}
-      {mat.person?.map((person, k) => {
-        const [x, y] = personAt(person, tMs);
-        return <circle key={k} className={css.somebody} cx={x} cy={-y} r={car / 2} />;
-      })}
-      {way.length > 1 && <polyline className={css.way} points={points(way)} />}
-      {!cars &&
-        mat.crowd?.flatMap((crowd, k) =>
-          spread(crowd.corner_m ?? [0, 0], crowd.size_m ?? mat.size_m ?? [1, 1], crowd.cars).map(([x, y], at) => (
-            <circle key={`${k} ${at}`} className={css.follower} cx={x} cy={-y} r={car / 3} />
-          )),
-        )}
-      {(cars ?? mat.car?.map(placed))?.map(({ at: [x, y], headingDeg, isLeader, led = LEDS.length }, k) => (
-        <g key={k} transform={`translate(${x} ${-y}) rotate(${-headingDeg})`}>
-          <path className={isLeader ? css.leader : css.follower} d={`M${car / 2} 0L${-car / 2} ${-car / 2.6}V${car / 2.6}z`} />
-          {LEDS[led] !== undefined && (
-            <g fill={hexColour(LEDS[led])}>
-              <circle className={css.glow} r={car * 0.7} />
-              <circle cx={-car / 6} r={car / 5} />
-            </g>
-          )}
-        </g>
-      ))}
-    </svg>
+    <span ref={ref} className={css.frame} style={size} aria-hidden="true" onPointerEnter={() => onPoint?.(true)} onPointerLeave={() => onPoint?.(false)}>
+      <canvas ref={canvas} className={css.picture} />
+    </span>
   );
 }
 
-function placed({ at_m, heading_deg = 0, role }: NonNullable<Mat["car"]>[number]): PlacedCar {
-  return { at: at_m, headingDeg: heading_deg, isLeader: role === "leader" };
+function lookOf({ at: [x, y], headingDeg, isLeader, led }: PlacedCar, { theme }: View): CarLook {
+  return carAt(x, y, (headingDeg * Math.PI) / 180, isLeader, isLeader ? theme.leader : theme.follower, led);
+}
+
+/** The cars with which a mat begins; those of a crowd stand evenly, since the picture doesn't know where exactly. */
+function firstCars({ car = [], crowd = [], size_m }: Mat, view: View): CarLook[] {
+  const crowds = crowd.flatMap(({ corner_m, size_m: size, cars }) =>
+    spread(corner_m ?? [0, 0], size ?? size_m ?? [1, 1], cars).map(([x, y]) => ({ ...carAt(x, y, 0, false, view.theme.follower), size: CROWD_SIZE })),
+  );
+  const placed = car.map(({ at_m, heading_deg = 0, role }) => lookOf({ at: at_m, headingDeg: heading_deg, isLeader: role === "leader" }, view));
+  return [...crowds, ...placed];
 }
 
 /** The box around what is there, with some air. */
@@ -106,7 +92,7 @@ function boxOf(mat: Mat, zones: readonly MissionZone[]): Box {
   return boxOfMat(mat) ?? grown(boxOfPoints(points) ?? { left: 0, bottom: 0, right: 0, top: 0 }, 0.5);
 }
 
-/** As many points as there are cars, evenly over an area; the picture doesn't know where exactly they stand. */
+/** As many points as there are cars, evenly over an area. */
 function spread([left, bottom]: Point, [width, height]: Point, cars: number): Point[] {
   const columns = Math.max(1, Math.round(Math.sqrt((cars * width) / height)));
   const rows = Math.ceil(cars / columns);

@@ -8,8 +8,8 @@ import { useSettings } from "../state/settings";
 import { isHeard, useStudio } from "../state/studio";
 import { useMission } from "../missions/store";
 import { endAll } from "../ui/areas";
-import { ChaseView } from "./ChaseView";
-import { danceOf } from "./dance";
+import { BehindView } from "./BehindView";
+import { danceOf } from "./moves";
 import { ToolButton } from "./fields";
 import { DrawHint } from "./RoadTools";
 import { ZoneGrips } from "../missions/ZoneGrips";
@@ -38,7 +38,7 @@ export function Stage() {
   return (
     <div className={css.stage}>
       <MatCanvas />
-      <ChaseView />
+      <BehindView />
       <Thoughts />
       <ZoneGrips />
       <CarCard />

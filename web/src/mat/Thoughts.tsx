@@ -73,7 +73,7 @@ export function Thoughts() {
     if (!scene) return;
     const place = () => {
       const { drawn } = scene.motion;
-      const taken = scene.zones.nameBoxes();
+      const taken = scene.nameBoxes();
       thoughts.forEach(({ car }, at) => {
         const bubble = host.current?.children[at] as HTMLElement | undefined;
         if (!bubble || car >= drawn.x.length) return;

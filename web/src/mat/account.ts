@@ -14,7 +14,7 @@ interface Summary {
   leaders: Record<Activity, number>;
   followers: Record<Activity, number>;
   lit: number;
-  /** Frames lost in the last LATELY_S. */
+  /** Words that somebody missed for good in the last LATELY_S. */
   lost: number;
 }
 
@@ -25,8 +25,8 @@ function activityOf(wheels: number, flags: number): Activity {
 
 const noCars = (): Record<Activity, number> => ({ forward: 0, left: 0, right: 0, driven: 0, stuck: 0, still: 0 });
 
-export function summarize(picture: Picture, leads: ReadonlySet<number>): Summary {
-  const summary: Summary = { leaders: noCars(), followers: noCars(), lit: 0, lost: picture.lost };
+export function summarize(picture: Picture, leads: ReadonlySet<number>, missed: number): Summary {
+  const summary: Summary = { leaders: noCars(), followers: noCars(), lit: 0, lost: missed };
   for (let k = 0; k < picture.cars; k++) {
     summary[leads.has(k) ? "leaders" : "followers"][activityOf(picture.wheels[k]!, picture.flags[k]!)] += 1;
     if (picture.led[k]! < NO_LED) summary.lit += 1;
@@ -35,12 +35,12 @@ export function summarize(picture: Picture, leads: ReadonlySet<number>): Summary
 }
 
 /**
- * What is said of lost frames: `counted`, how many; `mentioned`, that some were lost, for a text that stays while their
+ * What is said of missed words: `counted`, how many; `mentioned`, that some were lost, for a text that stays while their
  * number changes; `none`, nothing, for who has not met them yet.
  */
 type Losses = "counted" | "mentioned" | "none";
 
-/** 'The leader drives forward; 3 followers turn left; 4 frames lost in the last 5 seconds.' */
+/** 'The leader drives forward; 3 followers turn left; 4 messages missed in the last 5 seconds.' */
 export function describe(summary: Summary, losses: Losses): string {
   const list = (who: "leaders" | "followers") =>
     Object.entries(summary[who])

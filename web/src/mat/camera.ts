@@ -31,11 +31,15 @@ const AIR_M = 0.3;
 const ZONE_AIR_M = 0.15;
 /** A mat that takes little more room than what is to be seen is seen whole: so much smaller it is drawn then at most. */
 const WHOLE_MAT_SHARE = 0.8;
-/** How long a car is drawn: at most, and at least where there are so few cars. */
+/** The camera comes no nearer than this: so long a car is then. */
 const LONGEST_PX = 90;
+/** No car is painted shorter where there are at most FEW_CARS: on a large mat it is larger than it is. */
 const SHORTEST_PX = 24;
-/** So short they may be where a mission has zones: where to drive is more than how a car looks. */
-const SHORTEST_TO_ZONES_PX = 10;
+const LEAST_PX = 9;
+/** All of them are in view for as long as one would be so long as it is: they are more than the leader in the middle. */
+const FARTHEST_PX = 4;
+/** Roads are seen whole for as long as one would be so long. */
+const ROADS_PX = 10;
 const FEW_CARS = 200;
 
 export function toWorld(camera: Camera, size: Size, px: number, py: number): Point {
@@ -71,6 +75,12 @@ export function fitted(box: Box, size: Size, mostScale = MOST_SCALE): Camera {
   };
 }
 
+/** The box as large as a picture of a size has room for it. */
+export function cameraOn(box: Box, { width, height }: Size): Camera {
+  const scale = Math.min(width / (box.right - box.left), height / (box.top - box.bottom));
+  return { x: (box.left + box.right) / 2, y: (box.bottom + box.top) / 2, scale };
+}
+
 /** The box around points; null around none. */
 export function boxAround(x: ArrayLike<number>, y: ArrayLike<number>): Box | null {
   if (x.length === 0) return null;
@@ -92,9 +102,9 @@ export interface Cast {
   y: ArrayLike<number>;
   /** How long a car is, in metres. */
   carM: number;
-  /** The car to keep in view where not all fit. */
+  /** The car to keep in view where the others are too far from each other. */
   first: number;
-  /** What should be seen too, where the cars are large enough then. */
+  /** What should be seen too, unless it is too far away. */
   zones?: readonly Box[];
   /** The roads, which are seen whole where the cars are large enough then. */
   roads?: Box | null;
@@ -111,29 +121,29 @@ export const grown = (box: Box, by: number): Box => ({ left: box.left - by, bott
 export const around = (boxes: readonly Box[]): Box | null =>
   boxOfPoints(boxes.flatMap(({ left, bottom, right, top }) => [[left, bottom], [right, top]]));
 
-const leastScale = ({ carM, zones = [] }: Pick<Cast, "carM" | "zones">): number => (zones.length ? SHORTEST_TO_ZONES_PX : SHORTEST_PX) / carM;
+/** How short a car is painted at least, in pixels, where there are so many. */
+export const shortestPx = (cars: number): number => (cars <= FEW_CARS ? SHORTEST_PX : LEAST_PX);
 
 /** The cars with air around them and, where all fit, the zones, the roads, and the mat; null without cars. */
 function boxToFrame({ x, y, carM, zones = [], roads, mat }: Cast, size: Size): Box | null {
   const cars = boxAround(x, y);
   if (!cars) return null;
-  const least = SHORTEST_PX / carM;
   const told = around([grown(cars, AIR_M), ...zones.map((each) => grown(each, ZONE_AIR_M))])!;
-  if (fitted(told, size).scale < leastScale({ carM, zones })) return grown(cars, AIR_M);
+  if (fitted(told, size).scale < FARTHEST_PX / carM) return grown(cars, AIR_M);
   const driven = roads ? around([told, grown(roads, ZONE_AIR_M)])! : told;
-  const all = fitted(driven, size).scale < least ? told : driven;
+  const all = fitted(driven, size).scale < ROADS_PX / carM ? told : driven;
   const { scale } = fitted(all, size);
   const whole = mat && around([cars, ...zones, mat]);
-  return whole && fitted(whole, size).scale >= Math.max(least, WHOLE_MAT_SHARE * scale) ? whole : all;
+  return whole && fitted(whole, size).scale >= WHOLE_MAT_SHARE * scale ? whole : all;
 }
 
-/** Frame the cars with air around them: large, but none so small that it can't be told what it does. */
+/** Frame all cars with air around them; where they are too far from each other, the first one in the middle. */
 export function framed(cast: Cast, size: Size): Camera | null {
   const { x, y, carM, first, all = false } = cast;
   const box = boxToFrame(cast, size);
   if (!box) return null;
   const camera = fitted(box, size, LONGEST_PX / carM);
-  const least = leastScale(cast);
+  const least = FARTHEST_PX / carM;
   if (all || x.length > FEW_CARS || camera.scale >= least) return camera;
   const [cx, cy] = [x[first] ?? x[0]!, y[first] ?? y[0]!];
   return fitted({ left: cx, right: cx, bottom: cy, top: cy }, size, least);
@@ -150,7 +160,7 @@ export function isWellFramed(camera: Camera, cast: Cast, size: Size): boolean {
   const [left, top] = toScreen(camera, size, [box.left, box.top]);
   const [right, bottom] = toScreen(camera, size, [box.right, box.bottom]);
   const isWhole = left >= 0 && top >= 0 && right <= size.width && bottom <= size.height - OVER_PX.bottom / 2;
-  return isWhole || (!cast.all && wished.scale <= leastScale(cast) + 1 && Math.hypot(wished.x - camera.x, wished.y - camera.y) * camera.scale < 60);
+  return isWhole || (!cast.all && wished.scale <= FARTHEST_PX / cast.carM + 1 && Math.hypot(wished.x - camera.x, wished.y - camera.y) * camera.scale < 60);
 }
 
 /** On the way from one camera to another; the scale changes evenly to the eye. */

@@ -25,7 +25,6 @@ export function rim(g: CanvasRenderingContext2D, width: number) {
   g.stroke();
 }
 
-export const TREADS = 4;
 const TREAD = 0.5;
 
 /** A wheel from above, 1.2 by 0.44 of a half car, its tread moved by a share of its spacing. */
@@ -116,7 +115,7 @@ function body(g: CanvasRenderingContext2D, corners: readonly number[]) {
   rim(g, 0.09);
 }
 
-export function outlined(g: CanvasRenderingContext2D, width: number) {
+function outlined(g: CanvasRenderingContext2D, width: number) {
   g.fillStyle = "#fff";
   g.fill();
   rim(g, width);
@@ -166,7 +165,9 @@ export function ring(g: CanvasRenderingContext2D) {
 /** What the stage draws at a car that lost a message, as paths of SVG. */
 export const LOSS_SIGNS = { missed: "M0-.62.62 0 0 .62-.62 0z", collision: "M-.6-.6.6.6M-.6.6.6-.6" } as const;
 
-export function lossSign(name: keyof typeof LOSS_SIGNS) {
+export type LossSign = keyof typeof LOSS_SIGNS;
+
+export function lossSign(name: LossSign) {
   return (g: CanvasRenderingContext2D) => {
     const path = new Path2D(LOSS_SIGNS[name]);
     for (const [colour, width] of [[DARK, 0.5], ["#fff", 0.28]] as const) {

@@ -59,9 +59,14 @@ export function plateColour(car: number): string {
   return `hsl(${(car * 137.5) % 360} 85% 80%)`;
 }
 
+/** The colours that were asked for: there are few, and each car asks for its own with each picture. */
+const hexes = new Map<number, string>();
+
 /** `#rrggbb`. */
 export function hexColour(colour: number): string {
-  return `#${colour.toString(16).padStart(6, "0")}`;
+  let hex = hexes.get(colour);
+  if (!hex) hexes.set(colour, (hex = `#${colour.toString(16).padStart(6, "0")}`));
+  return hex;
 }
 
 /** From the page's style sheets, so that light, dark and high contrast reach the canvas too. */
@@ -78,6 +83,8 @@ const NAMES = [
   "range",
   "lost",
   "accent",
+  "leader",
+  "follower",
 ] as const;
 
 export type MatTheme = Record<(typeof NAMES)[number], string>;
@@ -104,6 +111,9 @@ export function readInks<Name extends string>(element: Element, properties: Reco
   const inks = Object.entries<string>(properties).map(([name, property]) => [name, style.getPropertyValue(property).trim()]);
   return Object.fromEntries(inks) as Record<Name, string>;
 }
+
+/** Whether all is shown in high contrast. */
+export const isContrast = () => document.documentElement.dataset.theme === "contrast" || matchMedia("(forced-colors: active)").matches;
 
 const PREFERENCES = ["(prefers-color-scheme: dark)", "(prefers-contrast: more)", "(forced-colors: active)"];
 

@@ -1,6 +1,7 @@
 import { expect, it } from "vitest";
 import type { CompiledWord } from "../api/types";
-import { danceOf, poseAt } from "./dance";
+import { poseAt } from "./dance";
+import { danceOf } from "./moves";
 
 const word = (hex: string, part: CompiledWord["part"]) => ({ hex, part }) as CompiledWord;
 // Forward, left and an LED, as the compiler makes them.

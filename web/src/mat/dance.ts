@@ -1,8 +1,5 @@
 /** The dance of a success: each car shows its program once where it stands, a move for each word. */
 
-import type { CompiledWord } from "../api/types";
-import { valueOf } from "../words/bits";
-
 /** What a car does in a move: drive a little ahead, turn a little (1 to the left, -1 to the right), or hop. */
 export type DanceMove = "ahead" | "left" | "right" | "hop";
 
@@ -14,9 +11,6 @@ export interface DancePose {
 }
 
 const MOVE_MS = 400;
-/** What moves by itself stops within five seconds (WCAG 2.2.2). */
-const MOST_MOVES = 12;
-
 /** The pose at a time of a dance; null once it is over. Each move ends where it began. */
 export function poseAt(moves: readonly DanceMove[], tMs: number): DancePose | null {
   const move = moves[Math.floor(tMs / MOVE_MS)];
@@ -27,12 +21,4 @@ export function poseAt(moves: readonly DanceMove[], tMs: number): DancePose | nu
     turn: move === "left" ? far : move === "right" ? -far : 0,
     lift: move === "hop" ? far * 0.4 : 0,
   };
-}
-
-const DIRECTIONS: readonly DanceMove[] = ["ahead", "left", "right", "ahead"];
-
-/** The moves of one part of a program; a program without words of this part hops once. */
-export function danceOf(words: readonly CompiledWord[], part: CompiledWord["part"]): readonly DanceMove[] {
-  const moves = words.filter((word) => word.part === part).map((word): DanceMove => (valueOf(word, "motor_enable") ? DIRECTIONS[valueOf(word, "motor_direction")]! : "hop"));
-  return moves.length ? moves.slice(0, MOST_MOVES) : ["hop"];
 }

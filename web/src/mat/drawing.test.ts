@@ -1,13 +1,11 @@
 import { describe, expect, it } from "vitest";
-import { between, boxOf, fitted, framed, isWellFramed, panned, scaleBar, toScreen, toWorld, zoomed } from "./camera";
+import { between, boxOf, fitted, framed, isWellFramed, panned, scaleBar, shortestPx, toScreen, toWorld, zoomed } from "./camera";
 import { boxAt, discAt, touchesMat } from "../missions/draft";
 import type { Mat, Point } from "./document";
-import { Motion } from "./carLayer";
+import { Motion } from "./motion";
 import { gripAt, type OnStage } from "./pointer";
 import { carBeside, freePoint, hasRoomForCar, hasRoomForPiece } from "./room";
-import { ChasePen } from "./chasePen";
-import { isBetween, paintOrder, solidAt } from "./chaseOrder";
-import { carBefore, eyeBehind, lensOf, scaleAt, seen } from "./perspective";
+import { eyeBehind, paintOrder, seen } from "./behind";
 import { heardIn, starNotes } from "./sound";
 import { pictureOf } from "./testPictures";
 
@@ -53,12 +51,15 @@ describe("the camera", () => {
     }
   });
 
-  it("keeps few cars 24 pixels long and the leader in view; many as small as it takes", () => {
-    expect(carPx([0, 100], [0, 0])).toBeCloseTo(24);
+  it("has all cars in view before the leader is in the middle, and paints none of few shorter than 24 pixels", () => {
+    const camera = framed(cast([0, 20], [0, 0]), SIZE)!;
+    for (const x of [0, 20]) {
+      const [px] = toScreen(camera, SIZE, [x, 0]);
+      expect(px > 0 && px < SIZE.width).toBe(true);
+    }
     const [px, py] = toScreen(framed(cast([0, 100], [0, 0]), SIZE)!, SIZE, [0, 0]);
     expect(px > 0 && px < SIZE.width && py > 0 && py < SIZE.height).toBe(true);
-    const row = Array.from({ length: 300 }, (_, k) => k);
-    expect(carPx(row, row)).toBeLessThan(24);
+    expect([13, 200, 201].map(shortestPx)).toEqual([24, 24, 9]);
   });
 
   it("rests while it shows the cars well, and goes where they leave the view or gather", () => {
@@ -230,33 +231,34 @@ describe("the pointer finds", () => {
 
 describe("the view from behind a car", () => {
   const eye = eyeBehind(2, 1, Math.PI / 2);
-  const lens = lensOf(SIZE);
-  const spot = (x: number, y: number, z = 0) => seen(eye, lens, [x, y, z], false) as [number, number];
+  const horizon = SIZE.height * 0.32;
+  const spot = (x: number, y: number, z = 0) => seen(eye, SIZE, [[x, y, z]], false)[0]!;
 
   it("has its car in the middle, what is left of it on the left, what is higher above, what is farther nearer to the horizon", () => {
     const [x, y] = spot(2, 1);
     expect(x).toBeCloseTo(SIZE.width / 2);
-    expect(y).toBeGreaterThan(lens.horizon);
+    expect(y).toBeGreaterThan(horizon);
     expect(y).toBeLessThan(SIZE.height - 76);
     expect(spot(1.8, 1)[0]).toBeLessThan(x);
     expect(spot(2.2, 1)[0]).toBeGreaterThan(x);
     expect(spot(2, 1, 0.1)[1]).toBeLessThan(y);
     expect(spot(2, 5)[1]).toBeLessThan(y);
-    expect(spot(2, 1000)[1]).toBeCloseTo(lens.horizon, 0);
+    expect(spot(2, 1000)[1]).toBeCloseTo(horizon, 0);
   });
 
-  it("draws things the smaller, the farther they are; nothing that is behind", () => {
-    expect(scaleAt(eye, lens, 2, 3)).toBeLessThan(scaleAt(eye, lens, 2, 2));
-    expect(scaleAt(eye, lens, 2, 0)).toBe(0);
-    expect(seen(eye, lens, [1.9, 0, 0, 2.1, 0, 0, 2, -1, 0])).toEqual([]);
+  it("draws nothing that is behind", () => {
+    expect(seen(eye, SIZE, [[1.9, 0, 0], [2.1, 0, 0], [2, -1, 0]])).toEqual([]);
   });
 
   it("paints a car before the wall that hides it and after the wall that it hides, wherever the wall's middle is", () => {
     const order = (wall: [Point, Point], at: Point) => {
       const painted: string[] = [];
       const middle: Point = [(wall[0][0] + wall[1][0]) / 2, (wall[0][1] + wall[1][1]) / 2];
-      const things = [solidAt(eye, middle, wall, () => painted.push("wall"))];
-      for (const { paint } of paintOrder(eye, things, [{ ahead: at[1] - eye.y, at, paint: () => painted.push("car") }])) paint();
+      const solids = [
+        { at: middle, footprint: wall, paint: () => painted.push("wall") },
+        { at, footprint: null, paint: () => painted.push("car") },
+      ];
+      for (const { paint } of paintOrder(eye, solids)) paint();
       return painted.join(" ");
     };
     // The wall goes from near on the left to far on the right.
@@ -266,36 +268,13 @@ describe("the view from behind a car", () => {
     expect(order(wall, [2, 9])).toBe("car wall");
   });
 
-  it("sees through what would hide its car, and through nothing after it", () => {
-    const alphas: number[] = [];
-    const path = { beginPath: () => undefined, lineTo: () => undefined, closePath: () => undefined };
-    const g = { ...path, globalAlpha: 1, fill: () => alphas.push(g.globalAlpha) };
-    const pen = new ChasePen(g as unknown as CanvasRenderingContext2D);
-    pen.look(eye, SIZE);
-    const floor = () => pen.polygon([0, 2, 0, 4, 2, 0, 4, 3, 0, 0, 3, 0], "#fff", 0.5);
-    pen.through(0.2, floor);
-    floor();
-    expect(alphas).toEqual([0.1, 0.5]);
-  });
-
-  it("knows what stands between the camera and its car", () => {
-    const chased = carBefore(eye);
-    expect(chased[0]).toBeCloseTo(2);
-    expect(chased[1]).toBeCloseTo(1);
-    const house = (x: number, y: number): Point[] => [[x - 0.2, y - 0.2], [x + 0.2, y - 0.2], [x + 0.2, y + 0.2], [x - 0.2, y + 0.2]];
-    expect(isBetween([[1.5, 0.8], [2.5, 0.8]], eye, chased)).toBe(true);
-    expect(isBetween(house(eye.x, eye.y), eye, chased)).toBe(true);
-    expect(isBetween(house(2, 2), eye, chased)).toBe(false);
-    expect(isBetween(house(2.5, 0.8), eye, chased)).toBe(false);
-  });
-
   it("cuts a shape off where it reaches behind the camera, and keeps its outline whole", () => {
-    const floor = seen(eye, lens, [0, 0, 0, 4, 0, 0, 4, 3, 0, 0, 3, 0]);
-    expect(floor).toHaveLength(8);
-    expect(floor.every(Number.isFinite)).toBe(true);
-    const line = seen(eye, lens, [2, -5, 0, 2, 3, 0], false);
-    expect(line).toHaveLength(4);
-    expect(line[1]).toBeGreaterThan(SIZE.height);
+    const floor = seen(eye, SIZE, [[0, 0, 0], [4, 0, 0], [4, 3, 0], [0, 3, 0]]);
+    expect(floor).toHaveLength(4);
+    expect(floor.flat().every(Number.isFinite)).toBe(true);
+    const line = seen(eye, SIZE, [[2, -5, 0], [2, 3, 0]], false);
+    expect(line).toHaveLength(2);
+    expect(line[0]![1]).toBeGreaterThan(SIZE.height);
   });
 });
 

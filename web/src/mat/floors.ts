@@ -1,8 +1,8 @@
 /** What the floor looks like. A floor changes no physics: it is chosen for the eye alone. */
 
-import type { MatTheme } from "./colours";
-import type { FloorName, Point } from "./document";
-import type { Mark } from "./marks";
+import { isContrast, type MatTheme, readTheme, watchTheme } from "./colours";
+import { type FloorName, floorOf, type Mat, type Point } from "./document";
+import { area as areaOf, line as lineOf, type Mark } from "./shapes";
 import { ringOf } from "./ways";
 
 interface Floor {
@@ -14,8 +14,8 @@ interface Floor {
 }
 
 const rect = (x: number, y: number, width: number, height: number): Point[] => [[x, y], [x + width, y], [x + width, y + height], [x, y + height]];
-const area = (colour: string, way: Point[], alpha = 1): Mark => ({ way, widthM: 0, colour, alpha });
-const line = (colour: string, widthM: number, way: Point[], alpha = 1): Mark => ({ way, widthM, colour, alpha });
+const area = (colour: string, way: Point[], alpha = 1): Mark => areaOf(way, colour, alpha);
+const line = (colour: string, widthM: number, way: Point[], alpha = 1): Mark => lineOf(way, widthM, colour, alpha);
 
 /** Lines all over a floor, a step from each other. */
 function gridOf(width: number, height: number, step: number, colour: string, widthM: number): Mark[] {
@@ -130,14 +130,17 @@ const FLOORS: Record<FloorName, Floor | null> = {
   },
 };
 
-/** The page's colours with the floor's own in their place. */
-export function withFloor(theme: MatTheme, name: FloorName): MatTheme {
-  return { ...theme, ...FLOORS[name]?.colours };
-}
+/** The colours of each floor that was asked for, until the page's own change. */
+const themes = new Map<FloorName, MatTheme>();
+watchTheme(() => themes.clear());
 
-/** The one colour of a floor in a small picture; undefined for a plain one, which has the page's own. */
-export function groundOf(name: FloorName): string | undefined {
-  return FLOORS[name]?.colours.floor;
+/** How a mat is painted: its floor, and the page's colours with the floor's own in their place; high contrast has no pictures on the floor. */
+export function lookOf(mat: Mat | null): { floor: FloorName; theme: MatTheme; contrast: boolean } {
+  const contrast = isContrast();
+  const floor = contrast ? "plain" : floorOf(mat);
+  let theme = themes.get(floor);
+  if (!theme) themes.set(floor, (theme = { ...readTheme(document.body), ...FLOORS[floor]?.colours }));
+  return { floor, theme, contrast };
 }
 
 /** The pattern of a floor of a size in metres; a plain one has a grid. On a mat with roads a city has no others. */

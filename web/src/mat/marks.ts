@@ -1,7 +1,18 @@
-/** What is painted on a floor: shapes that every view draws in this order. */
+/**
+ * What a mat looks like, as marks: areas, lines and balls with a colour and a height, which every view draws.
+ *
+ * `marksOf` gives the marks of what lies on the floor, in the order in which they are painted, and apart from them
+ * those of each thing that stands on it. From above, marks are painted flat; the view from behind a car extrudes them
+ * from `lowM` to `highM`. What moves, cars and people, comes from the moment that is shown, and isn't here.
+ */
 
-import { type Mat, type Point, listOf } from "./document";
-import { bandAlong, LINE_M, once, ringOf, wayOf } from "./ways";
+import { boxOfMat } from "./camera";
+import type { MatTheme } from "./colours";
+import { type FloorName, listOf, type Mat, type Point } from "./document";
+import { floorMarks } from "./floors";
+import { type Mark, rectangle, type Thing } from "./shapes";
+import { edgeThings, thingsOn } from "./things";
+import { LINE_M, once, ringOf, wayOf } from "./ways";
 
 /** A road as wide as a car needs, with light edges, around each line that is no wider than WIDEST_M. */
 export const ROAD_M = 0.2;
@@ -11,19 +22,13 @@ const CORNERS = 40;
 /** They differ from each other, and so from any floor. */
 export const ROAD_COLOURS = { edge: "#f4f2ea", bed: "#868c96", dark: "#17181c" } as const;
 
-/** A line of a width along a way, or an area where that is 0; `alpha` is 1 where it isn't given. */
-export interface Mark {
-  way: readonly Point[];
-  widthM: number;
-  colour: string;
-  alpha?: number;
-}
-
 /** The lines, spots and patches of a mat: first all edges, then all beds, then all that is dark, so that roads that cross are one. */
 export const roadMarks = once((mat: Mat): readonly Mark[] => {
   const { edge, bed, dark } = ROAD_COLOURS;
   const lines = listOf(mat, "line").map((line) => ({ way: wayOf(line), widthM: line.width_m ?? LINE_M }));
-  const areas = [...listOf(mat, "patch").map(({ corners_m }) => corners_m), ...listOf(mat, "spot").map(({ centre_m, radius_m }) => ringOf(centre_m, radius_m, CORNERS))];
+  const patches = listOf(mat, "patch").map(({ corners_m }) => corners_m);
+  const spots = listOf(mat, "spot").map(({ centre_m, radius_m }) => ringOf(centre_m, radius_m, CORNERS));
+  const areas = [...patches, ...spots];
   const rims = areas.map((corners) => ({ way: [...corners, corners[0]!], widthM: 2 * EDGE_M, colour: edge }));
   const roads = lines.filter(({ widthM }) => widthM <= WIDEST_M);
   return [
@@ -35,5 +40,47 @@ export const roadMarks = once((mat: Mat): readonly Mark[] => {
   ];
 });
 
-/** A mark as an area of the floor, each corner as x, y and 0, for views in perspective. */
-export const cornersOf = ({ way, widthM }: Mark): number[] => (widthM ? bandAlong(way, widthM) : way).flatMap(([x, y]) => [x, y, 0]);
+/** The floor, its pattern, what lies on it, and what stands on it. */
+export interface Marks {
+  ground: readonly Mark[];
+  pattern: readonly Mark[];
+  flat: readonly Mark[];
+  things: readonly Thing[];
+}
+
+/** The pattern that was made last: each step of a drag comes here, and that of a hall has thousands of marks. */
+let lastPattern: { look: string; marks: readonly Mark[] } = { look: "", marks: [] };
+
+function patternOf(size: Point, floor: FloorName, gridColour: string, hasRoads: boolean): readonly Mark[] {
+  const look = [size, floor, gridColour, hasRoads].join();
+  if (look !== lastPattern.look) lastPattern = { look, marks: floorMarks(floor, size, gridColour, hasRoads) };
+  return lastPattern.marks;
+}
+
+/** The marks of each mat as it was seen last. */
+const known = new WeakMap<Mat, { floor: FloorName; theme: MatTheme; marks: Marks }>();
+
+/** The marks of a mat with a floor, in the colours of a theme, which has that floor's own. */
+export function marksOf(mat: Mat, floor: FloorName, theme: MatTheme): Marks {
+  const last = known.get(mat);
+  if (last?.floor === floor && last.theme === theme) return last.marks;
+  const ground: Mark[] = [];
+  const flat: Mark[] = [];
+  let pattern: readonly Mark[] = [];
+  const box = boxOfMat(mat);
+  if (box && mat.size_m) {
+    const corners = rectangle(box.left, box.bottom, box.right, box.top);
+    ground.push({ way: corners, widthM: 0, colour: theme.floor });
+    pattern = patternOf(mat.size_m, floor, theme.grid, listOf(mat, "line").length > 0);
+    if (mat.edge !== "wall") flat.push({ way: [...corners, corners[0]!], widthM: 0.001, leastPx: 1.5, colour: theme.edge });
+  }
+  flat.push(...roadMarks(mat));
+  for (const { centre_m, radius_m } of mat.voice ?? []) {
+    if (!centre_m || !radius_m) continue;
+    const ring = ringOf(centre_m, radius_m, CORNERS);
+    flat.push({ way: [...ring, ring[0]!], widthM: 0.001, leastPx: 1.5, colour: theme.accent, alpha: 0.6 });
+  }
+  const marks = { ground, pattern, flat, things: [...edgeThings(mat, theme), ...thingsOn(mat, floor, theme)] };
+  known.set(mat, { floor, theme, marks });
+  return marks;
+}

@@ -7,8 +7,9 @@ import { pictureOf } from "./testPictures";
 startLanguages();
 const [FORWARD, LEFT] = [2, 5];
 const SUMMARY = summarize(
-  pictureOf([{ wheels: FORWARD }, { wheels: FORWARD, led: 1 }, { wheels: FORWARD }, { wheels: FORWARD }, { wheels: LEFT }, {}], { lost: 4 }),
+  pictureOf([{ wheels: FORWARD }, { wheels: FORWARD, led: 1 }, { wheels: FORWARD }, { wheels: FORWARD }, { wheels: LEFT }, {}], {}),
   new Set([0]),
+  4,
 );
 
 it("counts what leaders and followers do", () => {
@@ -34,7 +35,7 @@ it("says of lost messages what stays true while their number changes", () => {
 });
 
 it("says nothing where there is no car", () => {
-  expect(describe(summarize(pictureOf([]), new Set()), "counted")).toBe("");
+  expect(describe(summarize(pictureOf([]), new Set(), 0), "counted")).toBe("");
 });
 
 it("announces another world at once", () => {

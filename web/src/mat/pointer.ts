@@ -2,7 +2,7 @@
 
 import { panned, toWorld, zoomed } from "./camera";
 import { FURNITURE, handlesOf, listOf, type Mat, personAt, pieceOf, type Piece, type PieceId, type Point } from "./document";
-import type { Drawn } from "./carLayer";
+import type { Drawn } from "./motion";
 import { ROAD_M } from "./marks";
 import { distanceToPiece } from "./room";
 import { distance } from "./ways";

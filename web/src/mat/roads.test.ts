@@ -57,6 +57,14 @@ describe("a road drawn by hand", () => {
     expect(lengthOf(way)).toBeCloseTo(2 * Math.PI, 0);
   });
 
+  it("has few corners, since arcs follow a hand", () => {
+    expect(roadOf(EMPTY, round(0.98))!.points_m.length).toBeLessThan(9);
+    const wave = Array.from({ length: 150 }, (_, k): Point => [0.3 + (3.4 * k) / 149, 1.5 + 0.5 * Math.sin((4 * Math.PI * k) / 149) + 0.01 * Math.sin(37 * k)]);
+    const road = roadOf(EMPTY, wave)!;
+    expect(road.points_m.length).toBeLessThan(12);
+    for (const at of wave) expect(distanceToPiece(road, at)).toBeLessThan(0.1);
+  });
+
   it("stays open where it doesn't", () => {
     expect(roadOf(EMPTY, round(0.75))!.closed).toBeUndefined();
     expect(roadOf(EMPTY, [[1, 1], [1.5, 1], [1.1, 1]])?.closed).toBeUndefined();

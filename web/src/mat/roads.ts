@@ -10,19 +10,58 @@ const LOOSE_M = 0.05;
 const APART_M = 0.15;
 /** Ends so near are meant to meet: the roads touch each other. */
 export const REACH_M = 0.25;
-/** As round as a small mat has room for. */
-const ROUND_M = 0.35;
+/** How coarse a road is tried, and how round, until it misses the stroke by MISSED_M at most: the fewest corners first. */
+const COARSE_M = [0.5, 0.35, 0.25, 0.17, 0.11, LOOSE_M];
+const BENDS_M = [0.35, 0.6, 1, 2];
+const MISSED_M = 0.07;
+const FITTINGS = 6;
+const MOST_SAMPLES = 120;
 /** From the mat's edge, so that a car on the road doesn't touch it. */
 const INSIDE_M = 0.15;
 /** Of ends that meet without a hand. */
 const EXACT_M = 0.002;
 
-/** The road that a stroke of a hand means: few points, round bends, closed where its ends are near; null for a mere dot. */
+/** The road that a stroke of a hand means: straight lines and arcs, closed where its ends are near; null for a mere dot. */
 export function roadOf(mat: Mat, stroke: readonly Point[]): Line | null {
-  const inside = stroke.map((point) => onMat(mat, point));
-  const points = apart(simplified(inside, LOOSE_M)).map(([x, y]): Point => [rounded(x), rounded(y)]);
-  if (points.length < 2) return null;
-  return closedUp({ points_m: points, bend_m: ROUND_M }, REACH_M);
+  const step = Math.ceil(stroke.length / MOST_SAMPLES);
+  const inside = stroke.filter((_, k) => k % step === 0 || k === stroke.length - 1).map((point) => onMat(mat, point));
+  let road: Line | null = null;
+  for (const looseM of COARSE_M) {
+    const points = apart(simplified(inside, looseM));
+    if (points.length < 2) return null;
+    for (const bend_m of BENDS_M) {
+      const line = closedUp({ points_m: points, bend_m }, REACH_M);
+      road = missedM(line, inside) <= MISSED_M ? line : fitted(mat, line, inside);
+      if (missedM(road, inside) <= MISSED_M) return whole(road);
+    }
+  }
+  return road && whole(road);
+}
+
+const whole = (line: Line): Line => ({ ...line, points_m: line.points_m.map(([x, y]): Point => [rounded(x), rounded(y)]) });
+
+/** How far the stroke is from a road, and the road from the stroke, at most. */
+function missedM(line: Line, stroke: readonly Point[]): number {
+  const way = wayOf(line);
+  const off = (point: Point, from: readonly Point[]) => Math.min(...from.slice(1).map((to, k) => distanceToLine(from[k]!, to, point)));
+  return Math.max(...stroke.map((point) => off(point, way)), ...way.map((point) => off(point, line.closed ? [...stroke, stroke[0]!] : stroke)));
+}
+
+/** The road with its corners moved until its arcs, which cut them, lie on the stroke. */
+function fitted(mat: Mat, line: Line, stroke: readonly Point[]): Line {
+  const nearest = (to: Point, points: readonly Point[]) => points.reduce((best, point) => (distance(point, to) < distance(best, to) ? point : best));
+  let fit = line;
+  for (let round = 0; round < FITTINGS; round++) {
+    const way = wayOf(fit);
+    const points_m = fit.points_m.map((corner, k): Point => {
+      if (!fit.closed && (k === 0 || k === fit.points_m.length - 1)) return corner;
+      const passed = nearest(corner, way);
+      const [x, y] = nearest(passed, stroke);
+      return onMat(mat, [corner[0] + x - passed[0], corner[1] + y - passed[1]]);
+    });
+    fit = { ...fit, points_m };
+  }
+  return fit;
 }
 
 function onMat({ size_m }: Mat, [x, y]: Point): Point {

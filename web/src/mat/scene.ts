@@ -1,38 +1,37 @@
-/** The drawn mat: layers, a camera, and a loop that draws only when something changed. */
+/** The stage: what is seen, a camera, and a loop that paints only when something changed. */
 
-import "pixi.js/unsafe-eval";
-import { CanvasRenderer, Container, type Renderer, Ticker, WebGLRenderer } from "pixi.js";
 import type { WorldHello, Picture } from "../api/world";
-import { useSettings } from "../state/settings";
-import { isCalm, watchSize } from "../ui/areas";
-import { AirLayer } from "./airLayer";
-import { FurnitureLayer, TrackLayer } from "./layers";
-import { between, boxOf, boxOfMat, boxOfRoads, boxOfZone, type Camera, type Cast, fitted, framed, isSame, isWellFramed, type Size } from "./camera";
-import { CarLayer, Motion } from "./carLayer";
-import { type WordColours, type MatTheme, readTheme, watchTheme } from "./colours";
-import type { DanceMove } from "./dance";
-import { type FloorName, floorOf, type Mat, type PieceId, type Point } from "./document";
-import { withFloor } from "./floors";
-import { Drawings, hasFastWebGl } from "./graphics";
-import { makeTextures } from "./textures";
-import { areWordsDue } from "../words/compiling";
-import { ZoneLayer } from "./zoneLayer";
 import type { MissionZone } from "../generated/messages";
+import { inLanguage } from "../i18n";
+import { useSettings } from "../state/settings";
+import { isCalm, sharpContext, watchSize } from "../ui/areas";
+import { areWordsDue } from "../words/compiling";
+import { Air } from "./air";
+import { between, boxOf, boxOfMat, boxOfRoads, boxOfZone, type Camera, type Cast, fitted, framed, isSame, isWellFramed, shortestPx, type Size } from "./camera";
+import { CarLooks } from "./carLooks";
+import { watchTheme, type WordColours } from "./colours";
+import type { DanceMove } from "./dance";
+import { floorOf, handlesOf, type Mat, pieceOf, type PieceId, type Point } from "./document";
+import { Drawings } from "./drawings";
+import { lookOf } from "./floors";
+import { ROAD_COLOURS, ROAD_M } from "./marks";
+import type { Miss } from "./missed";
+import { Motion } from "./motion";
+import { paint, type View, viewOf } from "./painter";
+import { line, type Mark } from "./shapes";
+import { Tracks } from "./tracks";
+import { LINE_M, ringOf, wayOf } from "./ways";
+import { zoneNames } from "./zones";
 
 /** In this time the camera goes most of its way. */
 const FOLLOW_MS = 350;
 /** A longer pause between two drawings doesn't make the camera jump. */
 const MOST_PASSED_MS = 50;
-/** High contrast has no pictures on the floor. */
-function isContrast(): boolean {
-  return useSettings.getState().theme === "contrast" || matchMedia("(forced-colors: active)").matches;
-}
-
-/** What a view from another side draws. */
-export type Sight = ReturnType<Scene["sight"]>;
-
 /** Where a drawing takes longer, no positions between two pictures are drawn. */
 const SLOW_MS = 14;
+const HANDLE_PX = 18;
+const HANDLE_RIM_PX = 3;
+const HAIR_M = 0.0001;
 
 interface SceneListeners {
   onCamera: (camera: Camera) => void;
@@ -45,25 +44,26 @@ export class Scene {
   readonly motion = new Motion();
   camera: Camera = { x: 2, y: 1.5, scale: 100 };
   size: Size = { width: 300, height: 150 };
-  private followed: number | null = null;
+  /** What is seen; views from another side draw it too. */
+  view: View;
   /** How long a drawing takes, smoothed. */
   drawMs = 0;
-  /** Another view covers this one. */
-  private covered = false;
-  private readonly stage = new Container();
-  private readonly world = new Container();
-  private readonly furniture: FurnitureLayer;
-  readonly zones: ZoneLayer;
-  private readonly tracks: TrackLayer;
-  private readonly air: AirLayer;
-  private readonly cars: CarLayer;
+  private readonly canvas = document.createElement("canvas");
+  private readonly context: CanvasRenderingContext2D;
+  private readonly tracks = new Tracks();
+  private readonly air = new Air(isCalm);
+  private readonly cars = new CarLooks();
   private readonly ends: (() => void)[] = [];
   private readonly drawnListeners = new Set<() => void>();
-  private theme: MatTheme;
+  private readonly drawings = new Drawings(() => (areWordsDue() ? this.draw() : this.drawNow()));
+  private zones: readonly MissionZone[] = [];
   private all = false;
   private colours: WordColours = { strong: [], pale: [], byWord: new Map() };
-  private mat: Mat | null = null;
-  private readonly drawings = new Drawings(() => (areWordsDue() ? this.draw() : this.drawNow()));
+  private chosen: PieceId | null = null;
+  private stroke: readonly Point[] | null = null;
+  private followed: number | null = null;
+  /** Another view covers this one. */
+  private covered = false;
   private undrawn = false;
   /** The camera frames the cars by itself; else the user holds it. */
   private frames = true;
@@ -71,82 +71,54 @@ export class Scene {
   private wanted: Camera | null = null;
   private wasFramed = false;
   private cameraMs = 0;
-  private carM = 0.15;
   private first = 0;
 
-  private constructor(
-    private readonly renderer: Renderer,
+  constructor(
     readonly host: HTMLElement,
     private readonly listeners: SceneListeners,
   ) {
-    const theme = (this.theme = this.readTheme());
-    const textures = makeTextures();
-    this.furniture = new FurnitureLayer(textures, theme);
-    this.zones = new ZoneLayer(theme);
-    this.tracks = new TrackLayer(theme);
-    this.air = new AirLayer(theme, isCalm);
-    this.cars = new CarLayer(textures, theme);
-    this.world.addChild(this.furniture.floor, this.zones.view, this.tracks.view, this.air.view, this.cars.view, this.furniture.above);
-    this.stage.addChild(this.world);
-    this.ends.push(watchTheme(() => this.setTheme(this.readTheme())));
-    this.setTheme(theme);
+    this.context = this.canvas.getContext("2d", { alpha: false })!;
+    this.canvas.setAttribute("aria-hidden", "true");
+    this.canvas.style.touchAction = "none";
+    host.prepend(this.canvas);
+    this.view = { ...viewOf(null), tracks: this.tracks };
+    this.ends.push(watchTheme(() => this.setTheme()));
     this.ends.push(watchSize(host, () => this.resize()));
     this.resize();
-  }
-
-  static async create(host: HTMLElement, listeners: SceneListeners): Promise<Scene> {
-    // Without a graphics processor a canvas is drawn ten times as fast as WebGL.
-    const renderer = hasFastWebGl() ? new WebGLRenderer() : new CanvasRenderer();
-    await renderer.init({
-      antialias: true,
-      autoDensity: true,
-      resolution: Math.min(2, devicePixelRatio),
-      // This canvas has its own pointers, keys and labels.
-      eventFeatures: { move: false, globalMove: false, click: false, wheel: false },
-      accessibilityOptions: { activateOnTab: false },
-    });
-    // What Pixi does from time to time comes with our drawings: it would wake the page for each picture of the screen.
-    Ticker.system.autoStart = false;
-    Ticker.system.stop();
-    const canvas = renderer.canvas;
-    canvas.style.touchAction = "none";
-    canvas.setAttribute("aria-hidden", "true");
-    host.prepend(canvas);
-    return new Scene(renderer, host, listeners);
   }
 
   destroy(): void {
     this.drawings.stop();
     this.ends.forEach((end) => end());
-    this.renderer.canvas.remove();
-    this.stage.destroy({ children: true });
-    this.renderer.destroy();
+    this.canvas.remove();
   }
 
   setHello(hello: WorldHello): void {
     const { cars, leads = [], radius_m = 0.075, range_m = 1 } = hello;
     if (this.motion.picture?.cars !== cars) this.motion.forget();
-    this.carM = 2 * radius_m;
+    this.view.carM = 2 * radius_m;
+    this.view.leastCarPx = shortestPx(cars);
     this.first = leads[0] ?? 0;
     this.wanted = null;
     this.cars.setCars(cars, new Set(leads), radius_m);
     this.air.setCars(leads);
-    this.air.setRange(range_m);
+    this.air.rangeM = range_m;
     this.tracks.clear();
     this.draw();
   }
 
   setMat(mat: Mat, chosen: PieceId | null): void {
-    const before = this.floor;
-    this.mat = mat;
-    if (this.floor !== before) this.setTheme(this.readTheme());
-    this.furniture.setMat(mat, chosen);
+    const before = floorOf(this.view.mat);
+    this.view.mat = mat;
+    this.chosen = chosen;
+    if (floorOf(mat) !== before) this.setTheme();
     this.draw();
   }
 
   setZones(zones: readonly MissionZone[], all: boolean): void {
     this.all = all;
-    this.zones.setZones(zones);
+    this.zones = zones;
+    this.view.zones = zones.map((zone) => ({ zone, name: inLanguage(zone.title), fits: false }));
     this.draw();
   }
 
@@ -157,16 +129,16 @@ export class Scene {
     this.draw();
   }
 
-  /** Show what is being drawn; null for nothing. */
+  /** Show what is being drawn as the road that it may become; null for nothing. */
   sketch(stroke: readonly Point[] | null): void {
-    this.furniture.sketch(stroke);
+    this.stroke = stroke;
     this.draw();
   }
 
   /** Ring the chosen car, and follow it where that is wished; ring the others that are told of. */
   choose(car: number | null, told: readonly number[], followed: boolean): void {
     this.air.chosen = car;
-    this.cars.ringed = car === null ? told : [car, ...told];
+    this.view.ringed = new Set(car === null ? told : [car, ...told]);
     this.followed = followed ? car : null;
     this.draw();
   }
@@ -176,38 +148,26 @@ export class Scene {
     this.tracks.shown = tracks;
     if (!tracks) this.tracks.clear();
     this.air.shown = air;
-    this.air.setRange(rangeM);
+    this.air.rangeM = rangeM;
     this.draw();
   }
 
-  /** With the chosen floor's colours; high contrast has none. */
-  private readTheme(): MatTheme {
-    return withFloor(readTheme(this.host), this.floor);
-  }
-
-  private get floor(): FloorName {
-    return isContrast() ? "plain" : floorOf(this.mat);
-  }
-
-  private setTheme(theme: MatTheme): void {
-    this.theme = theme;
-    this.furniture.floorName = this.floor;
-    this.cars.setContrast(isContrast());
-    this.renderer.background.color = theme.ground;
-    for (const layer of [this.furniture, this.zones, this.tracks, this.air, this.cars]) layer.setTheme(theme);
+  /** Read the page's colours, with the chosen floor's own. */
+  private setTheme(): void {
+    Object.assign(this.view, lookOf(this.view.mat));
     this.draw();
   }
 
-  take(picture: Picture): void {
+  /** Show a picture, and which words were missed. */
+  take(picture: Picture, missed: readonly Miss[] = []): void {
     const now = performance.now();
     this.motion.take(picture, now);
     this.tracks.take(picture);
     this.cars.take(picture, this.colours);
-    this.air.take(picture, now, {
-      // Who begins has not met lost messages yet.
-      onLost: (car, collided) => useSettings.getState().level !== "start" && this.cars.lose(car, collided, now),
-      onHeard: (car) => isCalm() || this.cars.hear(car, now),
-    });
+    this.air.take(picture, now, (car) => isCalm() || this.cars.hear(car, now));
+    // Who begins has not met lost messages yet.
+    const isTold = useSettings.getState().level !== "start";
+    for (const { car, collided } of isTold ? missed : []) this.cars.lose(car, collided, now);
     this.undrawn = true;
     this.draw();
   }
@@ -228,7 +188,8 @@ export class Scene {
 
   /** Show the whole mat. */
   showAll(): void {
-    if (this.mat) this.look(fitted(boxOf(this.mat, this.motion.drawn.x, this.motion.drawn.y), this.size));
+    const { mat } = this.view;
+    if (mat) this.look(fitted(boxOf(mat, this.motion.drawn.x, this.motion.drawn.y), this.size));
   }
 
   /** The user takes the camera. */
@@ -243,7 +204,9 @@ export class Scene {
     const { clientWidth, clientHeight } = this.host;
     if (clientWidth === 0 || clientHeight === 0) return;
     this.size = { width: clientWidth, height: clientHeight };
-    this.renderer.resize(clientWidth, clientHeight);
+    this.canvas.style.width = `${clientWidth}px`;
+    this.canvas.style.height = `${clientHeight}px`;
+    sharpContext(this.canvas, clientWidth, clientHeight);
     this.wanted = null;
     this.draw();
   }
@@ -254,16 +217,6 @@ export class Scene {
     this.draw();
   }
 
-  /** What is to be seen now, for a view from another side. */
-  sight() {
-    const { mat, carM, colours, theme, floor } = this;
-    const { drawn, picture } = this.motion;
-    const { zones } = this.zones;
-    const { leads } = this.cars;
-    const waves = this.air.waves(drawn, performance.now());
-    return { mat, zones, drawn, picture, leads, carM, colours, theme, floor, contrast: isContrast(), waves };
-  }
-
   /** Call back now and after each drawing; returns a function that ends this. */
   listen(listener: () => void): () => void {
     listener();
@@ -271,9 +224,15 @@ export class Scene {
     return () => this.drawnListeners.delete(listener);
   }
 
-  /** How long a car is on the screen, in pixels. */
+  /** How long a car is painted, in pixels. */
   get carPx(): number {
-    return this.carM * this.camera.scale;
+    return Math.max(this.view.carM * this.camera.scale, this.view.leastCarPx);
+  }
+
+  /** Where the names of zones are on the stage. */
+  nameBoxes(): DOMRect[] {
+    const names = zoneNames(this.context, this.view.zones, this.camera, this.size);
+    return names.map(({ lines, x, y, width, lineHeight }) => new DOMRect(x - width / 2, y, width, lines.length * lineHeight));
   }
 
   /** Ask for a drawing with the screen's next picture. */
@@ -281,40 +240,62 @@ export class Scene {
     this.drawings.request();
   }
 
-  /** Let leaders and followers dance. */
+  /** Let leaders and followers dance, unless nothing may move. */
   celebrate(leader: readonly DanceMove[], followers: readonly DanceMove[]): void {
-    this.cars.celebrate(leader, followers, performance.now());
+    if (!isCalm()) this.cars.celebrate(leader, followers, performance.now());
     this.draw();
   }
 
   /** The stage as it is now, as the address of a PNG. */
   png(): string {
-    // A canvas of WebGL keeps its picture only until the end of the task that drew it.
-    this.renderer.render(this.stage);
-    return this.renderer.canvas.toDataURL("image/png");
+    this.paint();
+    return this.canvas.toDataURL("image/png");
+  }
+
+  private paint(): void {
+    paint(this.context, this.view, this.camera, this.canvas.width / this.size.width);
   }
 
   private drawNow(): void {
     const now = performance.now();
-    Ticker.system.update(now);
     const slow = this.drawMs > SLOW_MS;
     const moves = this.motion.advance(slow ? Infinity : now);
     const follows = this.follow(now);
-    this.place();
-    const scale = this.camera.scale / 1000;
     const { drawn, picture } = this.motion;
-    this.furniture.draw(scale, picture?.tMs ?? 0);
-    this.zones.draw(scale);
-    const grows = this.air.draw(drawn, scale, now);
-    this.cars.still = isCalm();
-    const fades = this.cars.draw(drawn, picture, scale, now);
-    if (!this.covered) this.renderer.render(this.stage);
+    const fades = this.cars.advance(drawn, now, isCalm());
+    const waves = this.air.waves(drawn, now, this.view.theme);
+    this.view.cars = picture ? this.cars.looks : [];
+    this.view.rings = [...this.air.ranges(drawn, this.view.theme), ...waves];
+    this.view.above = this.grips();
+    this.view.tMs = picture?.tMs ?? 0;
+    if (!this.covered) this.paint();
     this.drawMs += (performance.now() - now - this.drawMs) / 8;
     this.listeners.onCamera(this.camera);
     for (const listener of this.drawnListeners) listener();
     if (this.undrawn && picture) this.listeners.onDrawn(picture.frame);
     this.undrawn = false;
-    if (moves || grows || fades || follows) this.draw();
+    if (moves || waves.length || fades || follows) this.draw();
+  }
+
+  /** The outline and the handles of the chosen piece, and the road that is being drawn. */
+  private grips(): Mark[] {
+    const { mat, theme } = this.view;
+    const marks: Mark[] = [];
+    const piece = mat && this.chosen && pieceOf(mat, this.chosen);
+    if (piece) {
+      const points = handlesOf(piece);
+      const outline = { widthM: HAIR_M, leastPx: HANDLE_RIM_PX, colour: theme.accent };
+      if ("centre_m" in piece) marks.push({ ...outline, way: closed(ringOf(piece.centre_m, piece.radius_m, 40)) });
+      else if ("points_m" in piece) marks.push({ ...outline, way: wayOf(piece) });
+      else if (points.length > 1) marks.push({ ...outline, way: "corners_m" in piece ? closed(points) : points });
+      for (const point of points) {
+        marks.push({ ...outline, way: [point], leastPx: HANDLE_PX + HANDLE_RIM_PX });
+        marks.push({ ...outline, way: [point], leastPx: HANDLE_PX - HANDLE_RIM_PX, colour: theme.floor });
+      }
+    }
+    const { stroke } = this;
+    if (stroke && stroke.length > 1) marks.push(line(stroke, ROAD_M, ROAD_COLOURS.bed, 0.7), line(stroke, LINE_M, ROAD_COLOURS.dark, 0.7));
+    return marks;
   }
 
   /** Move the camera on; true while it isn't there yet. */
@@ -336,16 +317,13 @@ export class Scene {
 
   /** Where the camera should go: it rests as long as it shows the cars well. */
   private wish(): Camera | null {
-    const { x, y } = this.motion.drawn;
     if (this.motion.picture === null) return null;
-    const cast: Cast = { x, y, carM: this.carM, first: this.first, zones: this.zones.zones.map(boxOfZone), roads: this.mat && boxOfRoads(this.mat), mat: this.mat && boxOfMat(this.mat), all: this.all };
+    const { x, y } = this.motion.drawn;
+    const { mat, carM } = this.view;
+    const zones = this.zones.map(boxOfZone);
+    const cast: Cast = { x, y, carM, first: this.first, zones, roads: mat && boxOfRoads(mat), mat: mat && boxOfMat(mat), all: this.all };
     return this.wanted && isWellFramed(this.wanted, cast, this.size) ? this.wanted : framed(cast, this.size);
   }
-
-  private place(): void {
-    const { x, y, scale } = this.camera;
-    const { width, height } = this.size;
-    this.world.scale.set(scale / 1000, -scale / 1000);
-    this.world.position.set(width / 2 - x * scale, height / 2 + y * scale);
-  }
 }
+
+const closed = (points: readonly Point[]): readonly Point[] => [...points, points[0]!];

@@ -20,6 +20,7 @@ import { EventStore } from "../timeline/events";
 import { runningBlocks, sameRunning } from "./account";
 import { beginning, type CarPoses } from "./cars";
 import type { Mat } from "./document";
+import { type Miss, MissedWords } from "./missed";
 import { chosenCar, useMat } from "./store";
 
 const BEGINNING_KEY = "motorcade.world.beginning";
@@ -39,6 +40,7 @@ const MOST_STEPS = 40;
 
 export class Session {
   readonly events = new EventStore();
+  readonly missed = new MissedWords();
   /** Where the cars stood at the beginning, once a picture showed it. */
   starts: CarPoses | null = null;
   picture: Picture | null = null;
@@ -48,7 +50,7 @@ export class Session {
   /** Resolved when the stage was drawn, and, where cars are to drive at once, shows that they do. */
   readonly drawn: Promise<void>;
   private resolveDrawn!: () => void;
-  private readonly listeners = new Set<(picture: Picture) => void>();
+  private readonly listeners = new Set<(picture: Picture, missed: readonly Miss[]) => void>();
   private connection: WorldConnection | null = null;
   private unsubscribe: (() => void) | null = null;
   /** What the server has of the mat; null until it answers. */
@@ -112,8 +114,8 @@ export class Session {
     this.connection?.close();
   }
 
-  /** Call back with each picture, which is too often for React; returns a function that ends this. */
-  listen(listener: (picture: Picture) => void): () => void {
+  /** Call back with each picture and the words that were missed for good, which is too often for React; returns a function that ends this. */
+  listen(listener: (picture: Picture, missed: readonly Miss[]) => void): () => void {
     this.listeners.add(listener);
     return () => this.listeners.delete(listener);
   }
@@ -311,7 +313,8 @@ export class Session {
     this.picture = picture;
     if (picture.tMs === 0 && !picture.past) this.starts = picture;
     this.events.take(picture);
-    for (const listener of this.listeners) listener(picture);
+    const missed = this.missed.take(picture);
+    for (const listener of this.listeners) listener(picture, missed);
     const { compiled, running: before } = useStudio.getState();
     const running = runningBlocks(picture, compiled?.words ?? []);
     if (!sameRunning(running, before)) useStudio.setState({ running });

@@ -1,208 +1,249 @@
 /** What walls and obstacles look like on each floor. Their outlines stay exactly where cars bump into them. */
 
-import type { Graphics } from "pixi.js";
 import type { MatTheme } from "./colours";
 import type { FloorName, Mat, Point } from "./document";
+import { area, disc, lifted, line, type Mark, plank, rectangle, rim, shrunk, standing, type Thing } from "./shapes";
+import { ringOf } from "./ways";
 
-/** Lengths are millimetres; `rim` is the width of an outline. */
 interface Look {
-  disc: (g: Graphics, x: number, y: number, radius: number, theme: MatTheme, rim: number) => void;
-  polygon: (g: Graphics, corners: readonly number[], theme: MatTheme, rim: number) => void;
-  wall: (g: Graphics, from: Point, to: Point, theme: MatTheme, width: number) => void;
+  disc: (centre: Point, radius: number, theme: MatTheme) => Mark[];
+  polygon: (corners: readonly Point[], theme: MatTheme) => Mark[];
+  /** Parts about so long are told apart, and what each looks like. */
+  partM: number;
+  wall: (part: WallPart, theme: MatTheme) => Mark[];
+}
+
+/** A part of a wall: its ends, its middle, its direction, half its length, and its number. */
+interface WallPart {
+  from: Point;
+  to: Point;
+  middle: Point;
+  angle: number;
+  half: number;
+  k: number;
 }
 
 /** At most so many parts are drawn of one wall. */
 const MOST_PARTS = 60;
-const SHADE = { color: 0x0a1020, alpha: 0.2 };
+const SHADE = "#0a1020";
 /** Things are lit from above left. */
-const SHADOW_MM = 22;
+const SHADOW_M = 0.022;
+const WALL_M = 0.024;
+const WALL_HIGH_M = 0.1;
+/** What is on a wall comes after the walls themselves, which overlap each other. */
+const WALL_TOP_M = 0.101;
+const THING_M = 0.14;
+const HOUSE_M = 0.3;
+const EDGE_PART_M = 0.5;
 
-function middleOf(corners: readonly number[]): Point {
-  let [x, y] = [0, 0];
-  for (let at = 0; at < corners.length; at += 2) [x, y] = [x + corners[at]!, y + corners[at + 1]!];
-  const count = corners.length / 2;
-  return [x / count, y / count];
-}
+const shadow = (corners: readonly Point[]): Mark => area(corners.map(([x, y]) => [x + SHADOW_M / 2, y - SHADOW_M]), SHADE, 0.2);
 
-/** The outline, nearer to its middle. */
-function shrunk(corners: readonly number[], share: number): number[] {
-  const [x, y] = middleOf(corners);
-  return corners.map((value, at) => (at % 2 ? y + (value - y) * share : x + (value - x) * share));
-}
+/** A wall's body: so wide, at least 4 pixels. */
+const beam = ({ from, to }: WallPart, widthM: number, colour: string): Mark => standing({ ...line([from, to], widthM, colour), leastPx: 4 }, WALL_HIGH_M);
 
-function shadow(g: Graphics, corners: readonly number[]): void {
-  g.poly(corners.map((value, at) => (at % 2 ? value - SHADOW_MM : value + SHADOW_MM / 2))).fill(SHADE);
-}
-
-function roundShadow(g: Graphics, x: number, y: number, radius: number): void {
-  g.circle(x + SHADOW_MM / 2, y - SHADOW_MM, radius).fill(SHADE);
-}
-
-/** Parts along a wall, about `length` long: the middle of each, its direction, and half its length. */
-function alongWall(from: Point, to: Point, length: number): { x: number; y: number; angle: number; half: number; k: number }[] {
+function partsOf(from: Point, to: Point, length: number): WallPart[] {
   const [dx, dy] = [to[0] - from[0], to[1] - from[1]];
   const whole = Math.hypot(dx, dy);
   const count = Math.min(MOST_PARTS, Math.max(1, Math.round(whole / length)));
-  return Array.from({ length: count }, (_, k) => {
-    const share = (k + 0.5) / count;
-    return { x: from[0] + dx * share, y: from[1] + dy * share, angle: Math.atan2(dy, dx), half: whole / count / 2, k };
-  });
-}
-
-function plank(g: Graphics, x: number, y: number, angle: number, half: number, wide: number): Graphics {
-  const [cos, sin] = [Math.cos(angle), Math.sin(angle)];
-  const corner = (along: number, across: number) => [x + along * cos - across * sin, y + along * sin + across * cos];
-  return g.poly([...corner(-half, -wide), ...corner(half, -wide), ...corner(half, wide), ...corner(-half, wide)]);
+  const at = (share: number): Point => [from[0] + dx * share, from[1] + dy * share];
+  return Array.from({ length: count }, (_, k) => ({
+    from: at(k / count),
+    to: at((k + 1) / count),
+    middle: at((k + 0.5) / count),
+    angle: Math.atan2(dy, dx),
+    half: whole / count / 2,
+    k,
+  }));
 }
 
 /** A roof: each side of the outline has a slope up to the middle, the brighter the more it looks up left. */
-function slopes(g: Graphics, corners: readonly number[], ridge: readonly number[]): void {
-  for (let at = 0; at < corners.length; at += 2) {
-    const next = (at + 2) % corners.length;
-    const [ax, ay, bx, by] = [corners[at]!, corners[at + 1]!, corners[next]!, corners[next + 1]!];
-    const light = Math.cos(Math.atan2(by - ay, bx - ax) + Math.PI / 4);
-    g.poly([ax, ay, bx, by, ridge[next]!, ridge[next + 1]!, ridge[at]!, ridge[at + 1]!]).fill(
-      light > 0 ? { color: 0x000000, alpha: 0.28 * light } : { color: 0xffffff, alpha: -0.3 * light },
-    );
-  }
+function slopes(corners: readonly Point[], ridge: readonly Point[], highM: number): Mark[] {
+  return corners.map((a, k) => {
+    const next = (k + 1) % corners.length;
+    const b = corners[next]!;
+    const light = Math.cos(Math.atan2(b[1] - a[1], b[0] - a[0]) + Math.PI / 4);
+    const colour = light > 0 ? "#000000" : "#ffffff";
+    return lifted(area([a, b, ridge[next]!, ridge[k]!], colour, 0.3 * Math.abs(light)), highM);
+  });
 }
 
+const drum = (centre: Point, radius: number, theme: MatTheme): Mark[] => {
+  const ring = ringOf(centre, radius, 40);
+  return [standing(area(ring, theme.obstacle), THING_M), lifted(rim(ring, theme.wall), THING_M)];
+};
+
+const crate = (corners: readonly Point[], colour: string, rimColour: string, highM = THING_M): Mark[] => [
+  standing(area(corners, colour), highM),
+  lifted(rim(corners, rimColour), highM),
+];
+
 const plain: Look = {
-  disc: (g, x, y, radius, theme, rim) => void g.circle(x, y, radius).fill(theme.obstacle).stroke({ width: rim, color: theme.wall }),
-  polygon: (g, corners, theme, rim) => void g.poly([...corners]).fill(theme.obstacle).stroke({ width: rim, color: theme.wall }),
-  wall: (g, [ax, ay], [bx, by], theme, width) => void g.moveTo(ax, ay).lineTo(bx, by).stroke({ width, color: theme.wall, cap: "round" }),
+  disc: drum,
+  polygon: (corners, theme) => crate(corners, theme.obstacle, theme.wall),
+  partM: EDGE_PART_M,
+  wall: (part, theme) => [beam(part, WALL_M, theme.wall)],
 };
 
 /** Of toy walls. */
-export const BRICKS = [0xd9483b, 0xf2b632, 0x3f8f5b, 0x3a74c4];
+const BRICKS = ["#d9483b", "#f2b632", "#3f8f5b", "#3a74c4"];
 
 /** Toys on a table: tins, boxes with a lid, and rows of building bricks. */
 const table: Look = {
-  disc: (g, x, y, radius, theme, rim) => {
-    roundShadow(g, x, y, radius);
-    plain.disc(g, x, y, radius, theme, rim);
-    g.circle(x, y, radius * 0.8).stroke({ width: Math.max(rim, radius * 0.05), color: 0xffffff, alpha: 0.65 });
-    g.circle(x, y, radius * 0.34).fill({ color: 0xffffff, alpha: 0.3 });
-  },
-  polygon: (g, corners, theme, rim) => {
-    shadow(g, corners);
-    g.poly([...corners]).fill(0xc4473a).stroke({ width: rim, color: theme.wall });
-    g.poly(shrunk(corners, 0.86)).fill({ color: 0xfff6e5, alpha: 0.95 });
-    g.poly(shrunk(corners, 0.8)).fill(0xc4473a);
-    g.poly(shrunk(corners, 0.4)).fill({ color: 0xf2b632 });
-  },
-  wall: (g, from, to, theme, width) => {
-    const wide = Math.max(width / 2, 26);
-    for (const { x, y, angle, half, k } of alongWall(from, to, 110)) {
-      plank(g, x, y, angle, half, wide).fill(BRICKS[k % BRICKS.length]).stroke({ width: 5, color: theme.wall });
-      g.circle(x, y, wide * 0.5).fill({ color: 0xffffff, alpha: 0.45 });
-    }
+  disc: (centre, radius, theme) => [
+    shadow(ringOf(centre, radius)),
+    ...drum(centre, radius, theme),
+    lifted(rim(ringOf(centre, radius * 0.8, 40), "#ffffff", radius * 0.05, 0.65), THING_M),
+    lifted(disc(centre, radius * 0.34, "#ffffff", 0.3), THING_M),
+  ],
+  polygon: (corners, theme) => [
+    shadow(corners),
+    ...crate(corners, "#c4473a", theme.wall),
+    lifted(area(shrunk(corners, 0.86), "#fff6e5", 0.95), THING_M),
+    lifted(area(shrunk(corners, 0.8), "#c4473a"), THING_M),
+    lifted(area(shrunk(corners, 0.4), "#f2b632"), THING_M),
+  ],
+  partM: 0.11,
+  wall: ({ middle, angle, half, k }, theme) => {
+    const brick = plank(middle, angle, half, 0.026);
+    return [
+      standing(area(brick, BRICKS[k % BRICKS.length]!), WALL_TOP_M),
+      lifted(rim(brick, theme.wall, 0.005), WALL_TOP_M),
+      lifted(disc(middle, 0.013, "#ffffff", 0.45), WALL_TOP_M),
+    ];
   },
 };
 
 /** A classroom: traffic cones, wooden crates, and benches. */
 const classroom: Look = {
-  disc: (g, x, y, radius, theme, rim) => {
-    roundShadow(g, x, y, radius);
-    g.circle(x, y, radius).fill(0xe8672c).stroke({ width: rim, color: theme.wall });
-    g.circle(x, y, radius * 0.66).fill(0xffffff);
-    g.circle(x, y, radius * 0.44).fill(0xe8672c);
-    g.circle(x, y, radius * 0.16).fill(0x8a3410);
-  },
-  polygon: (g, corners, theme, rim) => {
-    shadow(g, corners);
-    plain.polygon(g, corners, theme, rim);
+  disc: (centre, radius, theme) => [
+    shadow(ringOf(centre, radius)),
+    standing(disc(centre, radius, "#e8672c"), 0.03),
+    lifted(rim(ringOf(centre, radius, 40), theme.wall), 0.03),
+    standing(disc(centre, radius * 0.66, "#ffffff"), 0.12, 0.03),
+    standing(disc(centre, radius * 0.44, "#e8672c"), 0.22, 0.12),
+    lifted(disc(centre, radius * 0.16, "#8a3410"), 0.22),
+  ],
+  polygon: (corners, theme) => {
     const inner = shrunk(corners, 0.82);
-    g.poly(inner).stroke({ width: 10, color: 0x7a4a17, alpha: 0.8 });
-    for (let at = 0; at + 4 < inner.length; at += 4) g.moveTo(inner[at]!, inner[at + 1]!).lineTo(inner[at + 4]!, inner[at + 5]!);
-    g.stroke({ width: 10, color: 0x7a4a17, alpha: 0.6 });
+    const boards: Mark[] = [];
+    for (let k = 0; k + 2 < inner.length; k += 2) boards.push(lifted(line([inner[k]!, inner[k + 2]!], 0.01, "#7a4a17", 0.6), THING_M));
+    return [shadow(corners), ...crate(corners, theme.obstacle, theme.wall), lifted(rim(inner, "#7a4a17", 0.01, 0.8), THING_M), ...boards];
   },
-  wall: (g, from, to, theme, width) => {
-    plain.wall(g, from, to, theme, Math.max(width, 44));
-    plain.wall(g, from, to, { ...theme, wall: "#c99454" }, Math.max(width, 44) * 0.64);
-  },
+  partM: EDGE_PART_M,
+  wall: (part, theme) => [beam(part, 0.044, theme.wall), lifted(line([part.from, part.to], 0.028, "#c99454"), WALL_TOP_M)],
 };
 
 /** A town by day: trees, houses, and brick walls. */
 const city: Look = {
-  disc: (g, x, y, radius, _theme, rim) => {
-    roundShadow(g, x, y, radius);
-    g.circle(x, y, radius).fill(0x2f7d3b).stroke({ width: rim, color: 0x1d5226 });
-    for (let k = 0; k < 6; k++) {
+  disc: (centre, radius) => {
+    const leaves = Array.from({ length: 6 }, (_, k): Mark => {
       const angle = (k * Math.PI) / 3 + 0.4;
-      g.circle(x + radius * 0.52 * Math.cos(angle), y + radius * 0.52 * Math.sin(angle), radius * 0.36).fill({ color: k % 2 ? 0x3f9a4c : 0x57b163, alpha: 0.9 });
-    }
-    g.circle(x - radius * 0.1, y + radius * 0.12, radius * 0.34).fill(0x6fc47a);
+      const at: Point = [centre[0] + radius * 0.52 * Math.cos(angle), centre[1] + radius * 0.52 * Math.sin(angle)];
+      return lifted(disc(at, radius * 0.36, k % 2 ? "#3f9a4c" : "#57b163", 0.9), 0.26);
+    });
+    return [
+      shadow(ringOf(centre, radius)),
+      standing(disc(centre, radius * 0.22, "#6b4a2b"), 0.12),
+      standing(disc(centre, radius, "#2f7d3b"), 0.26, 0.12),
+      lifted(rim(ringOf(centre, radius, 40), "#1d5226"), 0.26),
+      ...leaves,
+      standing(disc([centre[0] - radius * 0.1, centre[1] + radius * 0.12], radius * 0.34, "#6fc47a"), 0.34, 0.26),
+    ];
   },
-  polygon: (g, corners, theme, rim) => {
-    shadow(g, corners);
-    plain.polygon(g, corners, theme, rim);
-    slopes(g, corners, shrunk(corners, 0.16));
-    g.poly([...corners]).stroke({ width: rim, color: theme.wall });
-  },
-  wall: (g, from, to, theme, width) => {
-    plain.wall(g, from, to, theme, Math.max(width, 40));
-    for (const { x, y, angle, half, k } of alongWall(from, to, 90)) plank(g, x, y, angle, half * 0.84, Math.max(width, 40) * 0.3).fill(k % 2 ? 0xb9674d : 0xc97a5e);
-  },
+  polygon: (corners, theme) => [
+    shadow(corners),
+    { ...standing(area(corners, theme.obstacle), HOUSE_M), panes: "#dff1fb" },
+    ...slopes(corners, shrunk(corners, 0.16), HOUSE_M),
+    lifted(rim(corners, theme.wall), HOUSE_M),
+  ],
+  partM: 0.09,
+  wall: (part, theme) => [
+    beam(part, 0.04, theme.wall),
+    lifted(area(plank(part.middle, part.angle, part.half * 0.84, 0.012), part.k % 2 ? "#b9674d" : "#c97a5e"), WALL_TOP_M),
+  ],
 };
+
+const LIGHT = "#ffd98a";
 
 /** The same town by night: lamps, lit windows, and a fence with reflectors. */
 const night: Look = {
-  disc: (g, x, y, radius, _theme, rim) => {
-    for (const share of [2.4, 1.8, 1.35]) g.circle(x, y, radius * share).fill({ color: 0xffd98a, alpha: 0.09 });
-    g.circle(x, y, radius).fill(0x2a3557).stroke({ width: rim, color: 0x8aa0d6 });
-    g.circle(x, y, radius * 0.55).fill(0xffd98a);
-    g.circle(x, y, radius * 0.3).fill(0xfff6dc);
-  },
-  polygon: (g, corners, theme, rim) => {
-    plain.polygon(g, corners, theme, rim);
-    slopes(g, corners, shrunk(corners, 0.3));
+  disc: (centre, radius) => [
+    ...[2.4, 1.8, 1.35].map((share) => disc(centre, radius * share, LIGHT, 0.09)),
+    standing(disc(centre, radius, "#2a3557"), 0.04),
+    lifted(rim(ringOf(centre, radius, 40), "#8aa0d6"), 0.04),
+    standing(disc(centre, radius * 0.2, "#3b4a74"), 0.26, 0.04),
+    standing(disc(centre, radius * 0.55, LIGHT), 0.34, 0.26),
+    lifted(disc(centre, radius * 0.3, "#fff6dc"), 0.34),
+  ],
+  polygon: (corners, theme) => {
     const sills = shrunk(corners, 0.62);
-    for (let at = 0; at < sills.length; at += 2) {
-      const next = (at + 2) % sills.length;
-      const [ax, ay, bx, by] = [sills[at]!, sills[at + 1]!, sills[next]!, sills[next + 1]!];
-      const wide = Math.min(26, Math.hypot(bx - ax, by - ay) * 0.16);
-      plank(g, (ax + bx) / 2, (ay + by) / 2, Math.atan2(by - ay, bx - ax), wide, wide * 0.7).fill(0xffd98a);
-    }
+    const windows = sills.map((a, k) => {
+      const b = sills[(k + 1) % sills.length]!;
+      const wide = Math.min(0.026, Math.hypot(b[0] - a[0], b[1] - a[1]) * 0.16);
+      const middle: Point = [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2];
+      return lifted(area(plank(middle, Math.atan2(b[1] - a[1], b[0] - a[0]), wide, wide * 0.7), LIGHT), HOUSE_M);
+    });
+    return [
+      { ...standing(area(corners, theme.obstacle), HOUSE_M), panes: LIGHT },
+      ...slopes(corners, shrunk(corners, 0.3), HOUSE_M),
+      lifted(rim(corners, theme.wall), HOUSE_M),
+      ...windows,
+    ];
   },
-  wall: (g, from, to, theme, width) => {
-    plain.wall(g, from, to, { ...theme, wall: "#3d4c7c" }, Math.max(width, 36));
-    for (const { x, y } of alongWall(from, to, 130)) g.circle(x, y, 15).fill(0xffd98a);
-    plain.wall(g, from, to, theme, 6);
-  },
+  partM: 0.13,
+  wall: (part, theme) => [
+    beam(part, 0.036, "#3d4c7c"),
+    lifted(disc(part.middle, 0.015, LIGHT), WALL_TOP_M),
+    lifted(line([part.from, part.to], 0.006, theme.wall), WALL_TOP_M),
+  ],
 };
 
 /** The moon: craters, rocks, and ridges of stones. */
 const moon: Look = {
-  disc: (g, x, y, radius, theme, rim) => {
-    g.circle(x, y, radius).fill(0xc6c4bd).stroke({ width: rim, color: theme.wall });
-    g.circle(x, y, radius * 0.84).fill(0x56555b);
-    g.circle(x + radius * 0.08, y - radius * 0.1, radius * 0.7).fill(0x6f6d6f);
-    g.circle(x + radius * 0.14, y - radius * 0.2, radius * 0.46).fill(0x838180);
-  },
-  polygon: (g, corners, theme, rim) => {
-    shadow(g, corners);
-    plain.polygon(g, corners, theme, rim);
-    slopes(g, corners, shrunk(corners, 0.42));
-    g.poly(shrunk(corners, 0.42)).fill({ color: 0xd9d7d0, alpha: 0.5 });
-  },
-  wall: (g, from, to, theme, width) => {
-    plain.wall(g, from, to, theme, Math.max(width, 30));
-    for (const { x, y, half, k } of alongWall(from, to, 80)) {
-      const radius = Math.min(half, 44) * (0.85 + 0.2 * Math.sin(k * 2.3));
-      g.circle(x, y, radius).fill(k % 2 ? 0x77757a : 0x8c8a8b).stroke({ width: 5, color: theme.wall });
-      g.circle(x - radius * 0.2, y + radius * 0.25, radius * 0.4).fill({ color: 0xffffff, alpha: 0.22 });
-    }
+  disc: ([x, y], radius, theme) => [
+    disc([x, y], radius, "#c6c4bd"),
+    rim(ringOf([x, y], radius, 40), theme.wall),
+    disc([x, y], radius * 0.84, "#56555b"),
+    disc([x + radius * 0.08, y - radius * 0.1], radius * 0.7, "#6f6d6f"),
+    disc([x + radius * 0.14, y - radius * 0.2], radius * 0.46, "#838180"),
+  ],
+  polygon: (corners, theme) => [
+    shadow(corners),
+    ...crate(corners, theme.obstacle, theme.wall),
+    ...slopes(corners, shrunk(corners, 0.42), THING_M),
+    lifted(area(shrunk(corners, 0.42), "#d9d7d0", 0.5), THING_M),
+  ],
+  partM: 0.08,
+  wall: (part, theme) => {
+    const [x, y] = part.middle;
+    const radius = Math.min(part.half, 0.044) * (0.85 + 0.2 * Math.sin(part.k * 2.3));
+    const stone = ringOf([x, y], radius, 12);
+    return [
+      beam(part, 0.03, theme.wall),
+      standing(area(stone, part.k % 2 ? "#77757a" : "#8c8a8b"), WALL_TOP_M),
+      lifted(rim(stone, theme.wall, 0.005), WALL_TOP_M),
+      lifted(disc([x - radius * 0.2, y + radius * 0.25], radius * 0.4, "#ffffff", 0.22), WALL_TOP_M),
+    ];
   },
 };
 
 const LOOKS: Record<FloorName, Look> = { plain, table, classroom, city, night, moon };
 
-/** Draw walls and obstacles; `rim` and `wall` are widths of outlines and walls, in millimetres. */
-export function paintThings(g: Graphics, floor: FloorName, { wall = [], disc = [], polygon = [] }: Mat, theme: MatTheme, widths: { rim: number; wall: number }): void {
+/** The walls and obstacles that stand on a mat. */
+export function thingsOn({ wall = [], disc: discs = [], polygon = [] }: Mat, floor: FloorName, theme: MatTheme): Thing[] {
   const look = LOOKS[floor];
-  const mm = ([x, y]: Point): Point => [x * 1000, y * 1000];
-  for (const { corners_m } of polygon) look.polygon(g, corners_m.flatMap(mm), theme, widths.rim);
-  for (const { centre_m, radius_m } of disc) look.disc(g, ...mm(centre_m), radius_m * 1000, theme, widths.rim);
-  for (const { from_m, to_m } of wall) look.wall(g, mm(from_m), mm(to_m), theme, widths.wall);
+  const parts = wall.flatMap(({ from_m, to_m }) => partsOf(from_m, to_m, look.partM));
+  return [
+    ...polygon.map(({ corners_m }) => ({ footprint: corners_m, marks: look.polygon(corners_m, theme) })),
+    ...discs.map(({ centre_m, radius_m }) => ({ footprint: ringOf(centre_m, radius_m, 8), marks: look.disc(centre_m, radius_m, theme) })),
+    ...parts.map((part) => ({ footprint: [part.from, part.to], marks: look.wall(part, theme) })),
+  ];
+}
+
+/** The wall around a mat, which stands outside its edge; nothing where the edge is open. */
+export function edgeThings({ size_m, edge }: Mat, theme: MatTheme): Thing[] {
+  if (!size_m || edge !== "wall") return [];
+  const corners = rectangle(-WALL_M / 2, -WALL_M / 2, size_m[0] + WALL_M / 2, size_m[1] + WALL_M / 2);
+  const sides = corners.flatMap((corner, k) => partsOf(corner, corners[(k + 1) % corners.length]!, EDGE_PART_M));
+  return sides.map((part) => ({ footprint: [part.from, part.to], marks: [beam(part, WALL_M, theme.wall)] }));
 }

@@ -10,7 +10,7 @@ import { openDialog } from "../state/dialogs";
 import { IconButton, TextButton } from "../ui/controls";
 import { classes } from "../ui/classes";
 import { BitEditor } from "./BitEditor";
-import { editMission, useDraft } from "./draft";
+import { editMission, useDraft, zonesOf } from "./draft";
 import { MissionEditor } from "./MissionEditor";
 import { Stars } from "./Stars";
 import { showMoment, TRIES_BEFORE_HINTS, useMission } from "./store";
@@ -24,7 +24,8 @@ export function MissionStrip() {
   const mission = useMission((now) => now.mission);
   const draft = useDraft((now) => now.draft);
   const scene = useMat((now) => now.scene);
-  useEffect(() => scene?.setZones(mission?.zones ?? draft?.zones ?? [], mission !== null), [scene, mission, draft]);
+  const { i18n } = useTranslation();
+  useEffect(() => scene?.setZones(mission?.zones ?? (draft ? zonesOf(draft) : []), mission !== null), [scene, mission, draft, i18n.language]);
   useEffect(() => offerBlocks(mission?.steps ?? null, mission?.edits === "bits"), [mission]);
   if (draft) return <MissionEditor draft={draft} />;
   return mission && <Task mission={mission} />;

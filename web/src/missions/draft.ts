@@ -84,11 +84,18 @@ export function newGoal(kind: GoalKind, zone = ""): DraftGoal {
 export function boxAt(name: string, x: number, y: number): MissionZone {
   const [left, right, bottom, top] = [x - 0.2, x + 0.2, y - 0.2, y + 0.2].map(rounded) as [number, number, number, number];
   const corners_m = [[left, bottom], [right, bottom], [right, top], [left, top]];
-  return { name, title: { en: name, zh: name }, corners_m, centre_m: null, radius_m: null };
+  return { name, title: { en: name, zh: name }, corners_m, centre_m: null, radius_m: null, avoid: false };
 }
 
 export function discAt(name: string, x: number, y: number): MissionZone {
-  return { name, title: { en: name, zh: name }, corners_m: [], centre_m: [rounded(x), rounded(y)], radius_m: 0.2 };
+  return { name, title: { en: name, zh: name }, corners_m: [], centre_m: [rounded(x), rounded(y)], radius_m: 0.2, avoid: false };
+}
+
+/** The zones, with those of which a goal keeps cars out marked. */
+export function zonesOf({ zones, goals }: Draft): MissionZone[] {
+  const isForbidding = ({ kind, at, from_s, until_s }: DraftGoal) => kind === "out-of-zone" && at === "always" && from_s === undefined && until_s === undefined;
+  const avoided = goals.filter(isForbidding).map((goal) => goal.zone);
+  return zones.map((zone) => ({ ...zone, avoid: avoided.includes(zone.name) }));
 }
 
 /** Left, bottom, width and height of a zone. */

@@ -1,9 +1,8 @@
 import { useEffect, useRef } from "react";
 import { useTranslation } from "react-i18next";
 import { isCalm, sharpContext } from "../ui/areas";
-import { shortestTurn } from "./carLayer";
-import { ChasePainter } from "./chasePainter";
-import { eyeBehind } from "./perspective";
+import { eyeBehind, paintBehind } from "./behind";
+import { shortestTurn } from "./motion";
 import type { Scene } from "./scene";
 import { chasedCar, useMat } from "./store";
 import css from "./mat.module.css";
@@ -12,34 +11,32 @@ import css from "./mat.module.css";
 const TURN_MS = 260;
 
 /** The stage as seen from behind a car; null while it is seen from above. */
-export function ChaseView() {
+export function BehindView() {
   const car = useMat(chasedCar);
   const scene = useMat((now) => now.scene);
-  return scene && car !== null ? <Chase scene={scene} car={car} /> : null;
+  return scene && car !== null ? <Behind scene={scene} car={car} /> : null;
 }
 
-function Chase({ scene, car }: { scene: Scene; car: number }) {
+function Behind({ scene, car }: { scene: Scene; car: number }) {
   const { t } = useTranslation();
   const host = useRef<HTMLCanvasElement>(null);
   const leads = useMat(({ hello }) => hello?.leads?.includes(car) ?? false);
 
   useEffect(() => {
     const canvas = host.current!;
-    const painter = new ChasePainter(canvas.getContext("2d")!);
     let heading: number | null = null;
     let before = performance.now();
     const paint = () => {
       const now = performance.now();
-      const sight = scene.sight();
-      const { x, y, heading: headings } = sight.drawn;
+      const { x, y, heading: headings } = scene.motion.drawn;
       if (car >= x.length) return;
       const left = heading === null || isCalm() ? 0 : shortestTurn(headings[car]! - heading);
       // The rest of a turn after this picture.
       const rest = Math.abs(left) < 0.002 ? 0 : left * Math.exp(-Math.min(100, now - before) / TURN_MS);
       heading = headings[car]! - rest;
       before = now;
-      sharpContext(canvas, scene.size.width, scene.size.height);
-      painter.paint(sight, eyeBehind(x[car]!, y[car]!, heading), scene.size);
+      const { width, height } = scene.size;
+      paintBehind(sharpContext(canvas, width, height), scene.view, eyeBehind(x[car]!, y[car]!, heading), scene.size);
       if (rest !== 0) scene.draw();
     };
     const end = scene.listen(paint);
