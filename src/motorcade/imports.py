@@ -32,7 +32,9 @@ def needed_files(
         if file in needed:
             continue
         needed.add(file)
-        waiting += (folder / "__init__.py" for folder in file.parents if folder.is_relative_to(package))
+        # A folder of data in the package has none.
+        inits = [folder / "__init__.py" for folder in file.parents if folder.is_relative_to(package)]
+        waiting += [init for init in inits if init.is_file()]
         for name in _imported(ast.parse(file.read_bytes()), lazily):
             parts = name.split(".")[1:]
             if within and parts[0] not in within and ".".join(parts) not in within:

@@ -74,11 +74,11 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
     ("driving", "drive/server.py"): (("no-watchdog", "rest_ms = self._control.watch()", "rest_ms = 50"),),
     ("driving", "drive/motor_guard.py"): (
         ("guard-ignores-frozen", "if not has_report and self._last >= _MOVING:", "if False:"),
-        ("guard-ignores-killed", 'return "dismissed" if self._last == _END else "killed"', 'return "dismissed"'),
+        ("guard-ignores-killed", 'return "killed"', 'return "dismissed"'),
         (
             "guard-begins-a-period-of-its-own",
-            "wait_s = patience_s if last <= _MOVING else",
-            "wait_s = patience_s if True else",
+            "            if last <= _MOVING:\n",
+            "            if True:\n",
         ),
         ("frozen-guard-unnoticed", "elif now_s - asked_s > self._answer_s:", "elif False:"),
     ),
@@ -117,8 +117,8 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
     ("driving", "drive/listener.py"): (
         (
             "no-bound-of-connections",
-            "        places, network = self._places, network_of(address)\n",
-            "        return True\n        places, network = self._places, network_of(address)\n",
+            "        places = self._places\n        network = network_of(address)\n",
+            "        return True\n",
         ),
     ),
     ("driving", "drive/client.py"): (
@@ -206,7 +206,7 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
             "        self.frozen = frozen\n        self.changes += 1\n",
             "        self.frozen = frozen\n",
         ),
-        ("the-other-pupil-comes-back", "if likeness(each.name) == alike), None)", "if alike), None)"),
+        ("the-other-pupil-comes-back", "if likeness(pupil.name) == alike), None)", "if alike), None)"),
     ),
     ("class", "classroom/folder.py"): (
         ("drafts-in-place", "replace_file(folder / DRAFT, data)", "(folder / DRAFT).write_bytes(data)"),
@@ -255,7 +255,7 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
         ),
     ),
     ("lesson", "server/studio/library.py"): (
-        ("version-base-ignored", "            check_base(name, base, newest.version if newest else 0)\n", ""),
+        ("version-base-ignored", "            check_base(name, base, newest)\n", ""),
     ),
     ("keys", "drive/server.py"): (
         ("revoked-stay-connected", "            channel.check_keys()\n", "            pass\n"),
@@ -277,10 +277,10 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
         ),
     ),
     ("fleet", "fleet/places.py"): (
-        ("names-unsafe", ' if unicodedata.category(each)[0] not in "CZ" or each == " "]', "]"),
+        ("names-unsafe", '        if unicodedata.category(character)[0] not in "CZ" or character == " "\n', ""),
     ),
     ("uploads", "upload/serial_port.py"): (
-        ("board-is-other", "BOARD if board else USB", "USB"),
+        ("board-is-other", "description, hardware, name, BOARD)", "description, hardware, name, USB)"),
         ("several-ports-taken", "if len(likely) > 1:", "if False:"),
     ),
 }
