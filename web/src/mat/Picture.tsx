@@ -7,6 +7,7 @@ import { watchTheme } from "./colours";
 import type { Mat, Point } from "./document";
 import { paint, type View, viewOf } from "./painter";
 import type { Mark } from "./shapes";
+import type { ShownZone } from "./zones";
 import css from "./picture.module.css";
 
 const CAR_M = 0.15;
@@ -41,12 +42,19 @@ interface PictureProps {
 
 const NOTHING: readonly never[] = [];
 
+interface Shown {
+  of: readonly MissionZone[];
+  zones: readonly ShownZone[];
+  way: readonly Mark[];
+}
+
 /** A mat from above, painted as the stage is: a picture that always fits, also of a mission that a teacher wrote. */
 export function Picture({ mat, zones = NOTHING, cars, tMs = 0, way = NOTHING, size, onPoint, ref }: PictureProps) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const [look, setLook] = useState(0);
   useEffect(() => watchTheme(() => setLook((before) => before + 1)), []);
-  const [shown] = useState(() => ({ zones: NOTHING as View["zones"], of: NOTHING as readonly MissionZone[], way: NOTHING as readonly Mark[] }));
+  // What was made of these zones and this way last, so that the still layer stays.
+  const last = useRef<Shown>({ of: NOTHING, zones: NOTHING, way: NOTHING });
   useEffect(() => {
     const element = canvas.current!;
     const draw = () => {
@@ -54,6 +62,7 @@ export function Picture({ mat, zones = NOTHING, cars, tMs = 0, way = NOTHING, si
       if (!width || !height) return;
       const box = boxOf(mat, zones);
       const view = viewOf(mat);
+      const shown = last.current;
       if (shown.of !== zones) Object.assign(shown, { of: zones, zones: zones.map((zone) => ({ zone, name: null, fits: true })) });
       if (way.length > 1 && shown.way[0]?.way !== way) shown.way = [{ way, widthM: 0.001, leastPx: 2, colour: view.theme.leader, alpha: 0.35 }];
       const carM = Math.max(CAR_M, CAR_SHARE * Math.max(box.right - box.left, (box.top - box.bottom) * 1.6));
@@ -64,7 +73,7 @@ export function Picture({ mat, zones = NOTHING, cars, tMs = 0, way = NOTHING, si
     };
     draw();
     return watchSize(element, draw);
-  }, [mat, zones, cars, tMs, way, look, shown]);
+  }, [mat, zones, cars, tMs, way, look]);
   return (
     <span ref={ref} className={css.frame} style={size} aria-hidden="true" onPointerEnter={() => onPoint?.(true)} onPointerLeave={() => onPoint?.(false)}>
       <canvas ref={canvas} className={css.picture} />

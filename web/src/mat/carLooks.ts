@@ -122,7 +122,7 @@ export class CarLooks {
   advance(drawn: Drawn, atMs: number, still: boolean): boolean {
     let lasts = false;
     const isMany = this.looks.length > MOST_RICH;
-    this.looks.forEach((look, k) => {
+    for (const [k, look] of this.looks.entries()) {
       const memory = this.memories[k]!;
       const heading = drawn.heading[k] ?? 0;
       const moves = look.leads ? this.dance?.leader : this.dance?.followers;
@@ -137,7 +137,7 @@ export class CarLooks {
       look.loss = age < 1 ? { sign: memory.sign, alpha: Math.min(1, 2 - 2 * age) } : null;
       if (!still && !isMany) this.turnWheels(look, memory);
       lasts ||= pose !== null || look.blinks || look.loss !== null;
-    });
+    }
     if (!lasts) this.dance = null;
     return lasts;
   }

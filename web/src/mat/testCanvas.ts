@@ -23,9 +23,9 @@ export function testContext(width: number, height: number, painted: Painted[] = 
   const state: Record<string, unknown> = { canvas: { width, height }, globalAlpha: 1, measureText: (text: string) => ({ width: 7 * text.length }) };
   const acts: Record<string, (...args: number[]) => void> = {
     beginPath: () => (path = []),
-    moveTo: (x, y) => path.push([x!, y!]),
-    lineTo: (x, y) => path.push([x!, y!]),
-    arc: (x, y) => path.push([x!, y!]),
+    moveTo: (x, y) => path.push([x, y]),
+    lineTo: (x, y) => path.push([x, y]),
+    arc: (x, y) => path.push([x, y]),
     setTransform: (...to) => (transform = to),
   };
   return new Proxy(state, {
