@@ -92,7 +92,7 @@ function pyodide(): Plugin {
 }
 
 /** What is fetched only when the page's script runs, yet every stage needs it. */
-const STAGE = ["/mat/Stage.tsx", "/browserAll.mjs"];
+const STAGE = "/mat/Stage.tsx";
 
 /** Names the chunk of a module: a chunk for all that only the studio's pages need, and one for the stage. */
 function chunkNames(): (module: string, graph: Rolldown.ChunkingContext) => string | null {
@@ -130,7 +130,7 @@ function stageFirst(): Plugin {
           scripts.add(name);
           found?.imports.forEach(add);
         };
-        const stage = chunks.filter(({ facadeModuleId }) => STAGE.some((file) => facadeModuleId?.endsWith(file)));
+        const stage = chunks.filter(({ moduleIds }) => moduleIds.some((module) => module.endsWith(STAGE)));
         if (chunk?.name !== "drive" && chunk?.name !== "class") for (const { fileName } of stage) add(fileName);
         const link = (rel: string, name: string) => ({ tag: "link", attrs: { rel, crossorigin: true, href: `./${name}` }, injectTo: "head" as const });
         return [...[...scripts].map((name) => link("modulepreload", name)), ...[...styles].map((name) => link("stylesheet", name))];
