@@ -3,6 +3,7 @@
 import pytest
 
 from motorcade.car.brain import NO_LED
+from motorcade.words.packing import words_to_bytes
 from support import arduino_build
 from support.arduino_cars import (
     BARE,
@@ -27,7 +28,7 @@ BUTTON_CHANNEL, PIXELS, ULTRASONIC = 7, ("B", 5), ("C", 3)
 LEFT_FLOOR, RIGHT_FLOOR = ("B", 1), ("B", 2)
 # Green, red, blue of LED 0 to 3 and of none, as MotorcadeAvr.cpp has them.
 COLOURS = {(28, 40, 0): 0, (0, 0, 48): 1, (40, 0, 0): 2, (6, 40, 20): 3, (0, 0, 0): NO_LED}
-CYCLES_A_US = 16
+CYCLES_A_US, US_A_MM = 16, 2000 / 343
 
 
 @pytest.fixture(scope="module")
@@ -120,3 +121,35 @@ def test_three_of_them_are_a_swarm(world, program, image) -> None:
         assert chip.longest_awake_us <= LONGEST_TICK_US
         assert chip.symbols["__bss_end"] - MBOT.ram_begin + chip.stack_bytes() <= MOST_RAM_BYTES
     assert program.flash_bytes <= MOST_FLASH_BYTES
+
+
+DRIVES, TURNS_RIGHT = (FORWARD, 2), (RIGHT, 2)
+# Along a line at level 2 for 3 s, and away from what is nearer than 200 mm.
+ALERT = words_to_bytes((0x01000000, 1 << 29 | 2 << 25 | 3 << 23 | 1 << 18 | 1 << 16 | 3 << 14 | 1 << 11))
+
+
+def test_the_sensor_with_one_wire_hears_no_echo_in_its_own_ping(world, program) -> None:
+    car = switched_on(world, program, 1, is_held=True)
+    car.set_pin(*ULTRASONIC, 0)
+    world.run(50)
+    upload(world, car, ALERT)
+    for _ in range(250):
+        world.run(1)
+        assert wheels(car) == DRIVES
+    for distance_mm, expected in ((150, TURNS_RIGHT), (260, DRIVES), (180, TURNS_RIGHT)):
+        for _ in range(4):
+            car.set_pin(*ULTRASONIC, 1)
+            car.set_pin(*ULTRASONIC, 0, distance_mm * US_A_MM)
+            world.run(60)
+        assert wheels(car) == expected
+
+
+def test_a_line_is_low(world, program) -> None:
+    car = switched_on(world, program, 1, is_held=True)
+    world.run(50)
+    upload(world, car, ALERT)
+    for left, right, expected in ((1, 0, TURNS_RIGHT), (0, 0, DRIVES), (1, 0, TURNS_RIGHT), (1, 1, DRIVES)):
+        car.set_pin(*LEFT_FLOOR, left)
+        car.set_pin(*RIGHT_FLOOR, right)
+        world.run(5)
+        assert wheels(car) == expected
