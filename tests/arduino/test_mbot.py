@@ -110,7 +110,7 @@ def test_three_of_them_are_a_swarm(world, program, image) -> None:
     upload(world, chips[0], image)
     chips[0].restart()
     world.run(500)
-    for second in range(8):
+    for second in range(6):
         led = LEADS[(0, 1, 2, 2)[second % 4]][2]
         assert (*wheels(chips[0]), led) == LEADS[(0, 1, 2, 2)[second % 4]], second
         if second % 2:
