@@ -12,6 +12,7 @@ from support.arduino_cars import (
     LEADS,
     LEFT,
     LONGEST_TICK_US,
+    MOST_FLASH_BYTES,
     MOST_RAM_BYTES,
     RIGHT,
     TAGGED,
@@ -20,7 +21,6 @@ from support.arduino_cars import (
 from support.emulated_chips import EDGES, MBOT, WATCHED, Chip, ChipWorld
 from support.emulated_uploads import upload
 
-MOST_FLASH_BYTES = 26 * 1024
 # Registers of an ATmega328P.
 PORTD, TCCR0A, OCR0A, OCR0B, DDRC = 0x2B, 0x44, 0x47, 0x48, 0x27
 DUTIES = (0, 115, 180, 255)

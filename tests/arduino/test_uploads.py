@@ -19,7 +19,6 @@ SMALL = words_to_bytes((0x03030200, 0x65880000, 0x64800000, 0x6B000000, 0xA5A800
 MOST = {"uno": 125, "mega": 509}
 KINDS = {"uno": (arduino_build.UNO, emulated_chips.UNO), "mega": (arduino_build.MEGA, emulated_chips.MEGA)}
 # The limits.
-MOST_FLASH_BYTES = 24 * 1024
 MOST_RAM_BYTES = 1638
 LONGEST_TICK_US = 5000
 

@@ -55,6 +55,8 @@ def _marks(edges: list[tuple[int, int]]) -> list[tuple[float, float]]:
 DUTIES = (0, 115, 180, 255)
 FORWARD, LEFT, RIGHT = range(3)
 LONGEST_TICK_US = 5000
+# Of an Uno's 31.5 KB, for the fullest car.
+MOST_FLASH_BYTES = 26 * 1024
 MOST_RAM_BYTES = 1638
 
 

@@ -269,10 +269,13 @@ void AvrBoard::light(uint8_t which) {
 }
 
 void AvrBoard::listen(uint8_t pin, void (*take_edge)()) {
+#ifdef UBRR1H
+  // Most pins of a Mega have no interrupt of their port.
   if (digitalPinToInterrupt(pin) != NOT_AN_INTERRUPT) {
     ArduinoBoard::listen(pin, take_edge);
     return;
   }
+#endif
   Listener &listener = listeners[listener_count];
   listener.input = portInputRegister(digitalPinToPort(pin));
   listener.bit = digitalPinToBitMask(pin);
