@@ -272,7 +272,7 @@ class GoalKind(ABC):
         self.lost_ms: int | None = None
         self.prepare()
 
-    def prepare(self) -> None:
+    def prepare(self) -> None:  # noqa: B027 - most kinds keep nothing
         """Set up what a kind keeps of the run beside this."""
 
     @classmethod
