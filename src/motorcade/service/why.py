@@ -18,7 +18,7 @@ from motorcade.mats.geometry import Obstacle, Surface, obstructed, surfaces
 from motorcade.mats.model import Point
 from motorcade.program.blocks import INFRARED
 from motorcade.service.messages import MatDocument, RangeMm, Remedy, WorkspaceState, sentences
-from motorcade.service.world_messages import ReceivedFrame, Why
+from motorcade.service.world_messages import CarNumber, ReceivedFrame, Why
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import parse_image_bytes
 
@@ -249,7 +249,7 @@ class RemedyOrder(Struct):
     mat: MatDocument
     remedy: Remedy
     value: Annotated[int, Meta(ge=0, lt=1 << 30)]
-    car: Annotated[int, Meta(ge=0, lt=1 << 20)]
+    car: CarNumber
     followers: WorkspaceState | None = None
     profile: str = "classroom"
     range_mm: RangeMm | None = None

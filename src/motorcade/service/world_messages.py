@@ -18,6 +18,10 @@ from motorcade.service.messages import (
 Length = Annotated[float, Meta(ge=-2000, le=2000)]
 Seed = Annotated[int, Meta(ge=0, lt=1 << 32)]
 CarNumber = Annotated[int, Meta(ge=0, lt=1 << 20)]
+# Simulated time.
+Milliseconds = Annotated[int, Meta(ge=0, lt=1 << 30)]
+# How many simulated seconds pass in a real one.
+Speed = Annotated[float, Meta(ge=0.25, le=16)]
 
 
 class SetWorld(StreamMessage, tag="set"):
@@ -37,7 +41,7 @@ class SetWorld(StreamMessage, tag="set"):
 class Play(StreamMessage):
     """Go on, ``speed`` simulated seconds in a real one."""
 
-    speed: Annotated[float, Meta(ge=0.25, le=16)] = 1.0
+    speed: Speed = 1.0
 
 
 class Pause(StreamMessage):
@@ -114,7 +118,7 @@ class Watch(StreamMessage):
 class Seek(StreamMessage):
     """Show a moment of the past, or the present."""
 
-    t_ms: Annotated[int, Meta(ge=0, lt=1 << 30)] | None = None
+    t_ms: Milliseconds | None = None
 
 
 class Resume(StreamMessage):
