@@ -74,16 +74,15 @@ CASES: dict[Thought, tuple[Any, int, dict[str, Any]]] = {
     "outsideBeam": ([(1, 1, 180), (1.5, 1, 0)], 1, {"physics": {"beam_half_angle_deg": 40}}),
     "notPassedOn": ([(0, 0, 0), (0.8, 0, 0), (1.6, 0, 0)], 2, {"range_mm": 1000}),
     "tooFar": ([(0, 0, 0), (2.5, 0, 0)], 1, {"range_mm": 1000}),
-    "deaf": (STANDS, 1, {"physics": {"bit_error_rate": 0.0}, "listen": False, "followers": (forward(3, 1), led(1, 3))}),
+    "deaf": (
+        [(0, 0, 0), (0.6, -0.1, 0), (1.1, 0.8, 0), (1.1, 0.2, 0), (1.4, -0.6, 0), (1.3, -0.3, 0)],
+        2,
+        {"forward": True, "listen": False, "followers": (led(2, 3), led(2, 3)), "range_mm": 1000},
+    ),
     "collisions": ([(0, 0, 0), (1, 0, 0), (0.5, 0, 0)], 2, {"leads": 2}),
     "damaged": (STANDS, 1, {"physics": {"bit_error_rate": 0.5}}),
     "noProgram": (STANDS, 0, {"leader": ()}),
     "nothing": (STANDS, 1, {"followers": ()}),
-    "sending": (
-        [(0, 0, 0), (0.7, 0.3, 0), (0.5, 0.6, 0), (1.6, 0.8, 0)],
-        1,
-        {"forward": True, "followers": (led(1, 3), led(2, 2)), "range_mm": 1000},
-    ),
 }
 
 

@@ -1,7 +1,7 @@
 """What cars think: the short form of the answer to 'Why?', for the few cars that have a reason to say it unasked.
 
 A car has such a reason where it has pushed against something for a while, follows a line and has seen none for a while,
-or stands without a word that runs. Its thought is that of the answer's code (`THOUGHTS`), so that the bubble above a
+or stands without a word that runs and has heard nothing lately. Its thought is that of the answer's code (`THOUGHTS`), so that the bubble above a
 car and its card never disagree. The cars that are told of are asked again with each look, all others with a look at
 all; what was told at a time is kept, so that a page which shows the past shows it again.
 """
@@ -13,7 +13,7 @@ from types import MappingProxyType
 from motorcade.engine import agents
 from motorcade.engine.moment import NO_INDEX, RUNS, STUCK, unpack_moment
 from motorcade.service.studio_world import StudioWorld
-from motorcade.service.why import follows_line
+from motorcade.service.why import SILENT_MS, follows_line
 from motorcade.service.world_messages import CarThought, Thought
 
 # So many at once can be read.
@@ -45,8 +45,6 @@ THOUGHTS: Mapping[str, Thought] = MappingProxyType(
         "why-does-not-listen": "deaf",
         "why-lost-collision": "collisions",
         "why-behind-collision": "collisions",
-        "why-lost-sending": "sending",
-        "why-behind-sending": "sending",
         "why-lost": "damaged",
         "why-garbled": "damaged",
         "why-no-program": "noProgram",
@@ -99,12 +97,18 @@ class Thinking:
                 lasting[car] = self._since_ms.get(car, now_ms)
                 if now_ms - lasting[car] < _AWHILE_MS:
                     continue
+            elif self._has_heard(car, now_ms - SILENT_MS):
+                continue
             found.append(CarThought(car, thought))
         if at_all:
             self._since_ms = lasting
         found.sort(key=lambda told: (_ORDER.index(told.thought), told.car))
         self._keep(now_ms, found[:MOST_THOUGHTS])
         return self._told
+
+    def _has_heard(self, car: int, since_ms: int) -> bool:
+        counted = self._world.pictures.counted(car)
+        return counted.heard > 0 and counted.last_ms > since_ms
 
     def _wondering(self) -> Iterator[int]:
         """Yield the cars that have a reason to say what they do."""

@@ -51,7 +51,7 @@ _SIGHT_STEP_M = 0.02
 _RANGE_STEP_MM = 50
 _FIELDS = {"forward": "FORWARD", "listen": "ACCEPT_IR"}
 # A car that stands, and has heard nothing for so long, waits for a message again.
-_SILENT_MS = 4000
+SILENT_MS = 4000
 
 
 def why(
@@ -85,9 +85,12 @@ def why(
         return _why(Phrase("why-leads"))
     words = _followers_words(world.images[0])
     if last_frame is not None:
-        if not runs and world.now_ms - last_frame.t_ms >= _SILENT_MS:
-            return _silent(world, pictures, car, last_frame)
-        return _heard(world, car, words, lost, last_frame)
+        waits = not runs and world.now_ms - last_frame.t_ms >= SILENT_MS
+        if waits:
+            senders, listeners = pictures.nearest(car)
+            if senders and all(sender.reach != "reaches" for sender in senders):
+                return _out_of_reach(world, senders, listeners)
+        return _heard(world, car, words, lost, last_frame, "why-waits" if waits else "why-heard")
     if not leaders:
         return _why(Phrase("why-no-leader"), "leader")
     if not words:
@@ -161,19 +164,14 @@ def _against(obstacle: Obstacle, leaders: list[int]) -> Why:
     return _why(Phrase("why-against-car", car=number), "remove-car", number)
 
 
-def _silent(world: Simulation, pictures: Pictures, car: int, heard: ReceivedFrame) -> Why:
-    """Return the answer of a car that stands, and has heard nothing for long."""
-    senders, listeners = pictures.nearest(car)
-    if senders and all(sender.reach != "reaches" for sender in senders):
-        return _out_of_reach(world, senders, listeners)
-    return _why(Phrase("why-waits", car=heard.car, seconds=f"{(world.now_ms - heard.t_ms) / 1000:.1f}"))
-
-
-def _heard(world: Simulation, car: int, words: Sequence[int], lost: dict[str, int], heard: ReceivedFrame) -> Why:
+def _heard(
+    world: Simulation, car: int, words: Sequence[int], lost: dict[str, int], heard: ReceivedFrame, otherwise: str
+) -> Why:
     """Return the answer of a car that has received a frame: it may have lost what followed.
 
     Args:
         words: those that the image has for followers.
+        otherwise: the answer where nothing is wrong.
     """
     details = {"car": heard.car, "seconds": f"{(world.now_ms - heard.t_ms) / 1000:.1f}"}
     word, holds = world.memory_of(car, (WORD, HOLDS))
@@ -185,7 +183,7 @@ def _heard(world: Simulation, car: int, words: Sequence[int], lost: dict[str, in
     reason = max(_BEHIND, key=lambda name: lost[name])
     if holds and lost[reason] and _sent_now(world, words) not in (None, word):
         return _why(Phrase(_BEHIND[reason], **details))
-    return _why(Phrase("why-heard", **details))
+    return _why(Phrase(otherwise, **details))
 
 
 def _sent_now(world: Simulation, words: Sequence[int]) -> int | None:

@@ -240,7 +240,6 @@ Thought = Literal[
     "tooFar",
     "deaf",
     "collisions",
-    "sending",
     "damaged",
     "noProgram",
     "nothing",

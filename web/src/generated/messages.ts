@@ -425,7 +425,7 @@ export interface Thoughts { is: "thoughts"; thoughts: CarThought[] }
 /** What a car thinks: the short form of its answer to 'Why?'. */
 export interface CarThought {
   car: number;
-  thought: "blocked" | "blockedByCar" | "collisions" | "damaged" | "deaf" | "hidden" | "noLine" | "noProgram" | "notPassedOn" | "nothing" | "outsideBeam" | "sending" | "tooFar" | "waiting";
+  thought: "blocked" | "blockedByCar" | "collisions" | "damaged" | "deaf" | "hidden" | "noLine" | "noProgram" | "notPassedOn" | "nothing" | "outsideBeam" | "tooFar" | "waiting";
 }
 
 /** The goals of the mission at the shown time, in its order; ``is_over``: the run has ended. */
