@@ -1,5 +1,6 @@
 """Settings and fixtures for all tests."""
 
+import gc
 import os
 import signal
 import sys
@@ -68,6 +69,17 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         config.hook.pytest_deselected(items=waiting)
         items[:] = [item for item in items if not item.get_closest_marker("soak")]
     items.sort(key=_order)
+
+
+def pytest_configure() -> None:
+    """Let the garbage collector rest while all tests are imported and listed."""
+    gc.disable()
+
+
+def pytest_collection_finish() -> None:
+    """Keep what is there now out of the garbage collector's work: it lives as long as the process."""
+    gc.freeze()
+    gc.enable()
 
 
 def _order(item: pytest.Item) -> int:

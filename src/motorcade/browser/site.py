@@ -23,8 +23,10 @@ from motorcade.service import documents, programs
 
 # What the worker imports; all else is found by its imports.
 SHELL = ("browser/preload.py", "browser/shell.py")
+# The web app manifest without its texts.
+_MANIFEST = "manifest.json"
 # engine.wasm is a file of its own, so that the browser compiles it while it arrives.
-_LEFT_OUT = ("py.typed", "engine.wasm")
+_LEFT_OUT = ("py.typed", "engine.wasm", _MANIFEST)
 # The build of the page writes them here.
 PAGE = PACKAGE / "server" / "page"
 # The list of a site's files, by which `motorcade site` knows a folder that it may write again.
@@ -185,31 +187,10 @@ def _index(page: str, folder: str) -> bytes:
 
 def _manifest() -> bytes:
     """Return the web app manifest, in English with the other languages beside it."""
-    document: dict[str, Any] = {
-        "start_url": "./",
-        "scope": "./",
-        "display": "standalone",
-        "lang": FIRST,
-        "dir": "ltr",
-        "background_color": "#ffffff",
-        "theme_color": "#2457c5",
-        "categories": ["education"],
-        "icons": [
-            {"src": "icon.svg", "sizes": "any", "type": "image/svg+xml", "purpose": "any"},
-            *(
-                {"src": f"icons/icon-{size}.png", "sizes": f"{size}x{size}", "type": "image/png", "purpose": "any"}
-                for size in (192, 512)
-            ),
-            {"src": "icons/maskable-512.png", "sizes": "512x512", "type": "image/png", "purpose": "maskable"},
-        ],
-    }
-    texts = {
-        "name": Phrase("site-name"),
-        "short_name": Phrase("site-short-name"),
-        "description": Phrase("site-description"),
-    }
-    for part, phrase in texts.items():
+    document: dict[str, Any] = json.loads((PACKAGE / "browser" / _MANIFEST).read_bytes())
+    others = [language for language in languages() if language != FIRST]
+    for part in ("name", "short_name", "description"):
+        phrase = Phrase(f"site-{part.replace('_', '-')}")
         document[part] = phrase.sentence(FIRST)
-        others = [language for language in languages() if language != FIRST]
         document[f"{part}_localized"] = {language: phrase.sentence(language) for language in others}
     return json.dumps(document, ensure_ascii=False, indent=1).encode() + b"\n"

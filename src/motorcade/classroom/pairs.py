@@ -5,14 +5,11 @@ page plays a world of its own: the same program, mat and seed give the same run 
 passed on.
 """
 
-from typing import Annotated
-
-from msgspec import Meta
-
 from motorcade.classroom.messages import Classmate, Conducted, PairView, Window, request
 from motorcade.classroom.record import WINDOWS, Pair, leave_pair
 from motorcade.classroom.room import Classroom, for_all
 from motorcade.errors import MotorcadeError
+from motorcade.service.world_messages import Milliseconds, Seed, Speed
 
 # A partner who is away for so long may lose a window: a tablet that sleeps must not hold up the other one.
 AWAY_S = 20.0
@@ -147,9 +144,9 @@ class Pairs:
         self,
         who: str,
         playing: bool,
-        speed: Annotated[float, Meta(ge=0.25, le=16)],
-        seed: Annotated[int, Meta(ge=0, lt=1 << 32)],
-        t_ms: Annotated[int, Meta(ge=0, lt=1 << 30)],
+        speed: Speed,
+        seed: Seed,
+        t_ms: Milliseconds,
     ) -> None:
         """Play the worlds of both pages, or let them stand at a time. Raises MotorcadeError."""
         pair = self.joined(who)

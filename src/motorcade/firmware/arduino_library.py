@@ -9,7 +9,7 @@ from pathlib import Path
 from motorcade.config.chips import CHIPS
 from motorcade.config.pins import INPUTS, PinMap, VoiceMap
 from motorcade.config.profile import Profile, levels_of
-from motorcade.errors import MotorcadeError
+from motorcade.errors import InputError
 
 LIBRARY = "Motorcade"
 # The examples whose sketches serve every car: that of a whole one, and of another.
@@ -209,28 +209,28 @@ def _check(pins: PinMap, voice: VoiceMap | None) -> None:
     if not chip.arduino:
         whole = [other.name for other in CHIPS if other.is_whole_arduino]
         known = whole + sorted(other.name for other in CHIPS if other.arduino and not other.is_whole_arduino)
-        raise MotorcadeError("no-arduino-for-chip", car=pins.name, known=" / ".join(known), chip=chip.title)
+        raise InputError("no-arduino-for-chip", car=pins.name, known=" / ".join(known), chip=chip.title)
     if pins.has("serial"):
-        raise MotorcadeError("arduino-serial-is-usb", car=pins.name)
+        raise InputError("arduino-serial-is-usb", car=pins.name)
     if pins.has("voice") and not chip.is_whole_arduino:
-        raise MotorcadeError("arduino-without-voice", car=pins.name, chip=chip.title)
+        raise InputError("arduino-without-voice", car=pins.name, chip=chip.title)
     able = chip.only.get("left_motor.enable", chip.header)
     for wire in pins.wires:
         has_power = _pin(pins, wire.device.key, "enable", "pwm") != _NO_PIN
         is_pulsed = wire.device.key in ("left_motor", "right_motor") and not has_power
         if is_pulsed and wire.pin not in able:
             # The car's sketch pulses the direction pins of a motor without enable.
-            raise MotorcadeError(
+            raise InputError(
                 "motor-needs-enable", car=pins.name, device=wire.device.key, pins=", ".join(map(chip.label, able))
             )
     if pins.has("voice"):
         if voice is None:
-            raise MotorcadeError("no-voice-map", car=pins.name)
+            raise InputError("no-voice-map", car=pins.name)
         if chip.fastest_voice_baud and voice.baud > chip.fastest_voice_baud:
-            raise MotorcadeError("voice-too-fast", car=pins.name, baud=voice.baud, most=chip.fastest_voice_baud)
+            raise InputError("voice-too-fast", car=pins.name, baud=voice.baud, most=chip.fastest_voice_baud)
         longest = max(len(data) for data, _ in voice.patterns)
         if longest > _LONGEST_PATTERN:
-            raise MotorcadeError("voice-pattern-too-long", car=pins.name, count=longest, most=_LONGEST_PATTERN)
+            raise InputError("voice-pattern-too-long", car=pins.name, count=longest, most=_LONGEST_PATTERN)
 
 
 def _pin(pins: PinMap, device: str, *roles: str) -> str:

@@ -151,7 +151,7 @@ class BoardPrompt:
                     self._transport.enter_raw_repl(timeout_overall=_ANSWER_WITHIN_S)
             except (TransportError, OSError) as problem:
                 if is_last or isinstance(problem, OSError):
-                    raise MotorcadeError("no-micropython-answers", port=self.port) from None
+                    raise TransferError("no-micropython-answers", port=self.port) from None
             else:
                 return
 
@@ -163,15 +163,15 @@ class BoardPrompt:
             raise
         except TransportExecError as problem:
             reason = problem.error_output.strip().splitlines()[-1:]
-            raise MotorcadeError(
+            raise TransferError(
                 "install-failed", port=self.port, path=path, reason=reason[0] if reason else "?"
             ) from None
         except (TransportError, serial.SerialException, struct.error, SyntaxError, ValueError):
-            raise MotorcadeError("install-cut-off", port=self.port) from None
+            raise TransferError("install-cut-off", port=self.port) from None
         except OSError as problem:
             if isinstance(problem, ConnectionError) or not problem.errno or problem.errno == 5:
-                raise MotorcadeError("install-cut-off", port=self.port) from None
-            raise MotorcadeError("install-failed", port=self.port, path=path, reason=problem) from None
+                raise TransferError("install-cut-off", port=self.port) from None
+            raise TransferError("install-failed", port=self.port, path=path, reason=problem) from None
 
 
 def _opened(port: str) -> SerialTransport:
@@ -191,7 +191,7 @@ def _why_closed(port: str) -> MotorcadeError:
         serial_line(port).close()
     except (serial.SerialException, OSError) as problem:
         return open_error(port, problem)
-    return MotorcadeError("no-micropython-answers", port=port)
+    return TransferError("no-micropython-answers", port=port)
 
 
 def _folders(path: str) -> list[str]:

@@ -15,7 +15,7 @@ from motorcade.boards.on_chip.power_on import SETTINGS_FILE, SETTINGS_FORMAT
 from motorcade.config.chips import CHIPS
 from motorcade.config.pins import INPUTS, PinMap, VoiceMap
 from motorcade.config.profile import Profile, levels_of
-from motorcade.errors import MotorcadeError
+from motorcade.errors import InputError
 from motorcade.imports import PACKAGE, needed_files
 
 MAIN = "main.py"
@@ -70,7 +70,7 @@ def settings_of(
     """
     if not pins.chip.micropython:
         known = " / ".join(sorted(chip.name for chip in CHIPS if chip.micropython))
-        raise MotorcadeError("no-micropython-for-chip", car=pins.name, known=known, chip=pins.chip.title)
+        raise InputError("no-micropython-for-chip", car=pins.name, known=known, chip=pins.chip.title)
     settings: dict[str, Any] = {
         "format": SETTINGS_FORMAT,
         "name": pins.name,
@@ -92,7 +92,7 @@ def settings_of(
     }
     if pins.has("voice"):
         if voice is None:
-            raise MotorcadeError("no-voice-map", car=pins.name)
+            raise InputError("no-voice-map", car=pins.name)
         settings["voice"] = {
             "baud": voice.baud,
             "patterns": [[pattern.hex(), word] for pattern, word in voice.patterns],
@@ -113,17 +113,17 @@ def _uart(pins: PinMap, device: str) -> int:
     if pins.chip.uarts:
         sends_at = pins.chip.sends_at.get(device)
         if sends_at in [wire.pin for wire in pins.wires if wire.device.key != device]:
-            raise MotorcadeError("pin-of-voice-uart", car=pins.name, pin=sends_at)
+            raise InputError("pin-of-voice-uart", car=pins.name, pin=sends_at)
         return pins.chip.uarts[device]
     uarts = set()
     for role, pin in wires.items():
         # GP0 sends and GP1 receives for UART 0, GP4 and GP5 for UART 1, and so on in this order: 0 1 1 0 0 1 1.
         if pin % 4 != ("transmit", "receive").index(role):
-            raise MotorcadeError("pin-without-uart", car=pins.name, wire=f"{device}.{role}", value=pin)
+            raise InputError("pin-without-uart", car=pins.name, wire=f"{device}.{role}", value=pin)
         uarts.add((pin + 4) // 8 % 2)
     if len(uarts) != 1:
-        raise MotorcadeError("pins-of-two-uarts", car=pins.name, device=device)
+        raise InputError("pins-of-two-uarts", car=pins.name, device=device)
     uart = uarts.pop()
     if device == "voice" and pins.has("serial") and _uart(pins, "serial") == uart:
-        raise MotorcadeError("uart-takes-uploads", car=pins.name)
+        raise InputError("uart-takes-uploads", car=pins.name)
     return uart

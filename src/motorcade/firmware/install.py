@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from motorcade.boards.on_chip.power_on import KEYS_NEED_VERSION, NEEDED_VERSION
 from motorcade.config.chips import MICROPYTHON
 from motorcade.config.pins import PinMap, load_pins
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import Phrase, TransferError
 from motorcade.firmware.board_prompt import BoardPrompt, Facts
 from motorcade.firmware.car_files import EXTRAS, LIBRARY, MAIN, board_files, templates
 
@@ -125,21 +125,21 @@ def _chip(port: str, facts: Facts, chosen: PinMap | None) -> str:
         reason = Phrase("cars-run-on", chips=", ".join(sorted(MICROPYTHON)))
     else:
         return found
-    raise MotorcadeError("another-chip", port=port, found=found, wanted=reason)
+    raise TransferError("another-chip", port=port, found=found, wanted=reason)
 
 
 def _check_version(port: str, facts: Facts, needed_version: tuple[int, ...]) -> None:
     if facts.version < needed_version:
         found = ".".join(map(str, facts.version))
         needed = ".".join(map(str, needed_version))
-        raise MotorcadeError("old-micropython", port=port, found=found, needed=needed)
+        raise TransferError("old-micropython", port=port, found=found, needed=needed)
 
 
 def _check_room(port: str, facts: Facts, differing: dict[str, bytes], stale: dict[str, int]) -> None:
     needed = sum(_room(len(data), facts) for data in differing.values())
     free = facts.free_bytes + sum(_room(size, facts) for size in stale.values())
     if needed > free:
-        raise MotorcadeError("board-has-no-room", port=port, free_kb=free >> 10, needed_kb=-(-needed >> 10))
+        raise TransferError("board-has-no-room", port=port, free_kb=free >> 10, needed_kb=-(-needed >> 10))
 
 
 def _room(size: int, facts: Facts) -> int:
@@ -170,7 +170,7 @@ def _copy(
     for path, data in wanted.items():
         prompt.write(f"/{path}", data, lambda written, before=done: progress(before + written, total))  # type: ignore[misc]
         if prompt.checksum(f"/{path}") != sha256(data).digest():
-            raise MotorcadeError("installed-file-differs", port=prompt.port, path=path)
+            raise TransferError("installed-file-differs", port=prompt.port, path=path)
         done += len(data)
 
 

@@ -29,7 +29,7 @@ import pyarrow.parquet as pq
 from motorcade import __version__
 from motorcade.config.files import decoded, parse, read_bytes, replace_file
 from motorcade.config.profile import profile_from_dict
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import InputError, MotorcadeError, Phrase
 from motorcade.lab.plan import Plan, code_hash
 from motorcade.lab.run import ProgressBar, Workers, read_rows
 from motorcade.lab.spec import parse_sweep
@@ -123,12 +123,12 @@ def verify(path: Path, sample: int | None, workers: Workers, bar: ProgressBar) -
     with _opened(path) as archive:
         about = msgspec.json.decode(archive.read(_ABOUT), type=_About)
         if about.format != FORMAT:
-            raise MotorcadeError("capsule-of-another-format", file=path, format=about.format[:40], ours=FORMAT)
+            raise InputError("capsule-of-another-format", file=path, format=about.format[:40], ours=FORMAT)
         try:
             plan = _plan(archive, path.name, about)
         except MotorcadeError as problem:
             made = about.versions["motorcade"][:40]
-            raise MotorcadeError("capsule-formats-changed", file=path, version=made, reason=problem) from None
+            raise InputError("capsule-formats-changed", file=path, version=made, reason=problem) from None
         expected = _digests(archive.read(_TABLE), plan.runs)
     if sample is not None and sample < plan.runs:
         plan = plan.of_runs([plan.runs * number // sample for number in range(sample)])
@@ -166,17 +166,17 @@ def _opened(path: Path) -> Iterator[zipfile.ZipFile]:
         data = read_bytes(path, _MOST_BYTES)
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             if len(archive.comment) != _SEAL_BYTES or _ABOUT not in archive.namelist():
-                raise MotorcadeError("not-a-capsule", file=path)
+                raise InputError("not-a-capsule", file=path)
             if _sealed(data) != data:
                 part = archive.testzip()
-                raise MotorcadeError("capsule-changed", file=path, part=part or Phrase("capsule-directory"))
+                raise InputError("capsule-changed", file=path, part=part or Phrase("capsule-directory"))
             members = archive.infolist()
             is_bare = all(member.compress_type == zipfile.ZIP_STORED for member in members)
             if not is_bare or sum(member.file_size for member in members) > len(data):
-                raise MotorcadeError("not-a-capsule", file=path)
+                raise InputError("not-a-capsule", file=path)
             yield archive
     except _MADE_UP:
-        raise MotorcadeError("not-a-capsule", file=path) from None
+        raise InputError("not-a-capsule", file=path) from None
 
 
 def _sealed(data: bytes) -> bytes:

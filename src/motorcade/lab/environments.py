@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
 from motorcade.config.arguments import instance_of, not_allowed
-from motorcade.errors import MotorcadeError
+from motorcade.errors import InputError
 from motorcade.lab.showing import Window, WorldView
 from motorcade.lab.stepping import EnvironmentSource, Options, SteppedWorlds
 
@@ -163,7 +163,7 @@ class ParallelCars(ParallelEnv[str, Singles, Numbers]):
 
     def _of(self, agent: Any, spaces: Mapping[str, Value]) -> Value:
         if not isinstance(agent, str) or agent not in spaces:
-            raise MotorcadeError("no-such-agent", agent=agent, allowed=", ".join(self.possible_agents[:9]))
+            raise InputError("no-such-agent", agent=agent, allowed=", ".join(self.possible_agents[:9]))
         return spaces[agent]
 
     def _observed(self) -> dict[str, Singles]:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from motorcade.config.profile import Profile
 from motorcade.engine.layout import rules_of
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import InputError, MotorcadeError, Phrase
 from motorcade.lab.spec import EMPTY_TABLE, NEVER, Sweep, Value, mat_with, profile_with
 from motorcade.mats import Mat, check_mat, formation, open_table
 
@@ -205,7 +205,7 @@ class Plan:
         ticks, beyond = divmod(self.sweep.duration_ms, tick_ms)
         if beyond:
             seconds = self.sweep.duration_ms / 1000
-            raise MotorcadeError("seconds-not-in-ticks", point=self.place(cell), seconds=seconds, tick_ms=tick_ms)
+            raise InputError("seconds-not-in-ticks", point=self.place(cell), seconds=seconds, tick_ms=tick_ms)
         try:
             self._check(program, mat, values, checked)
         except MotorcadeError as problem:

@@ -27,7 +27,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from motorcade.config.files import locked, read_bytes, replace_file
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import InputError, MotorcadeError, Phrase
 from motorcade.lab.plan import Plan
 from motorcade.lab.task import run_task, table_schema
 
@@ -131,7 +131,7 @@ class Store:
         with locked(self.folder / _LOCK, MotorcadeError("sweep-is-running", file=self.path)):
             manifest = self.folder / _MANIFEST
             if manifest.exists():
-                contents = _contents(read_bytes(manifest), MotorcadeError("sweep-file-damaged", file=manifest))
+                contents = _contents(read_bytes(manifest), InputError("sweep-file-damaged", file=manifest))
                 self._check(contents, self.folder.name, Phrase("other-table-or-delete"))
             else:
                 replace_file(manifest, json.dumps(self._plan.contents, indent=1).encode())
@@ -156,7 +156,7 @@ class Store:
             for index in range(self._plan.tasks):
                 part = read_rows(self._part(index))
                 if part.schema != schema or len(part) != self._plan.task_runs(index):
-                    raise MotorcadeError("sweep-file-damaged", file=self._part(index))
+                    raise InputError("sweep-file-damaged", file=self._part(index))
                 rows = pa.concat_tables([rows, part.replace_schema_metadata(schema.metadata)])
                 # The groups have one size, whatever the sizes of the parts.
                 while len(rows) >= GROUP_ROWS:
@@ -176,7 +176,7 @@ class Store:
     def _check(self, contents: dict[str, str], name: str, advice: Phrase) -> None:
         ours = self._plan.contents
         if changed := [key for key in {**contents, **ours} if contents.get(key) != ours.get(key)]:
-            raise MotorcadeError("table-of-another-sweep", file=name, changed=changed[0], advice=advice)
+            raise InputError("table-of-another-sweep", file=name, changed=changed[0], advice=advice)
 
 
 def read_rows(path: Path | BinaryIO, columns: list[str] | None = None, repeating: list[str] | None = None) -> pa.Table:
@@ -184,13 +184,13 @@ def read_rows(path: Path | BinaryIO, columns: list[str] | None = None, repeating
 
     ``repeating`` are columns whose equal values take memory once.
     """
-    with _damaged_as(MotorcadeError("sweep-file-damaged", file=path)):
+    with _damaged_as(InputError("sweep-file-damaged", file=path)):
         return pq.read_table(path, columns=columns, read_dictionary=repeating, page_checksum_verification=True)
 
 
 def _contents_of(path: Path) -> dict[str, str]:
     """Read what a sweep's table was made from. Raises MotorcadeError where the file is no such table, and OSError."""
-    refusal = MotorcadeError("not-a-sweep-table", file=path)
+    refusal = InputError("not-a-sweep-table", file=path)
     with _damaged_as(refusal):
         metadata = pq.read_schema(path).metadata or {}
     return _contents(metadata.get(_CONTENTS, b""), refusal)

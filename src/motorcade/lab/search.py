@@ -24,7 +24,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from motorcade.config.files import locked, parse, read_bytes, replace_file
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import InputError, MotorcadeError, Phrase
 from motorcade.lab.grading import Graded, grade_runs
 from motorcade.lab.plan import code_hash
 from motorcade.lab.programs import ProgramSource
@@ -167,7 +167,7 @@ class ArchiveFile:
         known = lines[0] if lines and isinstance(lines[0], dict) else {}
         changed = next((key for key in wanted if known.get(key) != wanted[key]), None)
         if lines and changed:
-            raise MotorcadeError("archive-of-another-search", file=path, changed=Phrase(f"search-{changed}"))
+            raise InputError("archive-of-another-search", file=path, changed=Phrase(f"search-{changed}"))
         self.stream: BinaryIO = path.open("r+b" if path.exists() else "xb")
         self.stream.truncate(len(whole))
         self.stream.seek(len(whole))
@@ -188,7 +188,7 @@ class ArchiveFile:
                 return parse(text, "JSON", str(self.path))
         except (ValueError, MotorcadeError):
             pass
-        raise MotorcadeError("search-archive-damaged", file=self.path, line=number)
+        raise InputError("search-archive-damaged", file=self.path, line=number)
 
 
 @contextmanager
@@ -274,10 +274,10 @@ class Search:
         start: Sequence[Program] = (),
     ) -> None:
         if runs < 1:
-            raise MotorcadeError("search-without-runs", runs=runs)
+            raise InputError("search-without-runs", runs=runs)
         # Else a run changes nothing.
         if not any(GOALS[goal.kind].decided_by == "run" for goal in mission.goals):
-            raise MotorcadeError("mission-not-gradable", mission=mission.name)
+            raise InputError("mission-not-gradable", mission=mission.name)
         self.mission, self.method, self.runs = mission, method, runs
         self.best = BestPrograms(seed)
         self.done = 0
@@ -308,7 +308,7 @@ class Search:
                 break
             runs = _outcomes(line, self._batches[number])
             if runs is None:
-                raise MotorcadeError("search-archive-damaged", file=archive.path, line=number + 2)
+                raise InputError("search-archive-damaged", file=archive.path, line=number + 2)
             self._take(number, runs)
         results: dict[int, list[Graded]] = {}
         with bar("runs", self.runs) as advance, closing(workers(self, self._numbers())) as finished:

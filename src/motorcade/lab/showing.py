@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib import pyplot
 from numpy.typing import NDArray
 
-from motorcade.errors import MotorcadeError
+from motorcade.errors import InputError, MotorcadeError
 from motorcade.lab.stepping import SteppedWorlds
 from motorcade.runs.drawing import Box, bounding_box
 from motorcade.runs.plots import MomentPictures
@@ -34,7 +34,7 @@ class WorldView:
     def pictures(self, render_mode: str | None) -> list[Pixels]:
         """Return a picture of each world. Raises MotorcadeError: there is no mode, or no episode has begun."""
         if render_mode is None:
-            raise MotorcadeError("no-render-mode")
+            raise InputError("no-render-mode")
         if not self._stepped.has_begun:
             raise MotorcadeError("episode-has-not-begun")
         world = self._stepped.world

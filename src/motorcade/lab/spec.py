@@ -252,7 +252,7 @@ def parse_sweep(text: str, file: str, has_own_mat: Callable[[str], bool] = lambd
         document = parse(text, "TOML", file)
     except MotorcadeError as problem:
         if re.search(r"^[\w.]+\[\d", text, re.MULTILINE):
-            raise MotorcadeError("brackets-need-quotes", file=file, reason=problem.details["reason"]) from None
+            raise InputError("brackets-need-quotes", file=file, reason=problem.details["reason"]) from None
         raise
     for key in ("grid", "sample"):
         if isinstance(document.get(key), dict):
@@ -275,7 +275,7 @@ def parse_sweep(text: str, file: str, has_own_mat: Callable[[str], bool] = lambd
     if sweep.runs > MOST_RUNS:
         counts = {"programs": len(sweep.programs), "mats": len(sweep.mats), "points": sweep.points.count}
         counts |= {"seeds": len(sweep.seeds), "runs": sweep.runs}
-        raise MotorcadeError("sweep-has-too-many-runs", file=file, **counts, most=MOST_RUNS)
+        raise InputError("sweep-has-too-many-runs", file=file, **counts, most=MOST_RUNS)
     return sweep
 
 
@@ -283,7 +283,7 @@ def _own_mats(programs: Sequence[str], has_own_mat: Callable[[str], bool], file:
     """Return the mats of a sweep that names none. Raises MotorcadeError where several programs may give theirs."""
     owners = [program for program in programs if has_own_mat(program)]
     if owners and len(programs) > 1:
-        raise MotorcadeError("sweep-mats-unnamed", file=file, program=owners[0], empty=EMPTY_TABLE)
+        raise InputError("sweep-mats-unnamed", file=file, program=owners[0], empty=EMPTY_TABLE)
     return owners or [EMPTY_TABLE]
 
 
@@ -333,11 +333,11 @@ def _flattened(parameters: dict[str, Any], file: str, place: str) -> dict[str, A
         if name not in known and (place == "grid" or name not in ("count", "seed")):
             near = difflib.get_close_matches(name, known, n=1)
             hint = Phrase("did-you-mean", name=near[0]) if near else Phrase("sweep-parameters")
-            raise MotorcadeError("no-such-parameter", file=file, place=place, name=name[:60], hint=hint)
+            raise InputError("no-such-parameter", file=file, place=place, name=name[:60], hint=hint)
         if place == "sample" and name in known and kind_of(name) is bool:
-            raise MotorcadeError("parameter-without-range", file=file, place=f"{place}.{name}")
+            raise InputError("parameter-without-range", file=file, place=f"{place}.{name}")
         if name in flat:
-            raise MotorcadeError("parameter-twice", file=file, place=f"{place}.{name}")
+            raise InputError("parameter-twice", file=file, place=f"{place}.{name}")
         flat[name] = value
     return flat
 
@@ -369,11 +369,11 @@ def _points(values: dict[str, Any], file: str) -> Grid | Sample:
         lists = values.get("grid", {})
         return Grid({name: tuple(to_value(name, given) for given in lists[name]) for name in lists})
     if "grid" in values:
-        raise MotorcadeError("grid-and-sample", file=file)
+        raise InputError("grid-and-sample", file=file)
     sample = values["sample"]
     count, seed = sample.pop("count"), sample.pop("seed")
     if not sample:
-        raise MotorcadeError("sample-without-parameter", file=file)
+        raise InputError("sample-without-parameter", file=file)
     return Sample({name: _limits(name, sample[name], file) for name in sample}, count, seed)
 
 
@@ -381,11 +381,11 @@ def _limits(name: str, limits: dict[str, Any], file: str) -> Range:
     lowest, highest = (to_value(name, limits[key]) for key in ("from", "to"))
     place = f"sample.{name}"
     if lowest is None or highest is None:
-        raise MotorcadeError("range-to-never", file=file, place=place)
+        raise InputError("range-to-never", file=file, place=place)
     if lowest >= highest:
-        raise MotorcadeError("range-not-rising", file=file, place=place, lowest=lowest, highest=highest)
+        raise InputError("range-not-rising", file=file, place=place, lowest=lowest, highest=highest)
     if limits["log"] and lowest <= 0:
-        raise MotorcadeError("log-range-from-zero", file=file, place=place, lowest=lowest)
+        raise InputError("log-range-from-zero", file=file, place=place, lowest=lowest)
     return Range(lowest, highest, limits["log"])
 
 
@@ -394,4 +394,4 @@ def _check_cars(sweep: Sweep, file: Text) -> None:
     named = [index for index, name in enumerate(sweep.mats) if name != EMPTY_TABLE]
     if "cars" in sweep.points.parameters and named:
         place = f"mats[{named[0]}]"
-        raise MotorcadeError("cars-vary-on-mat", file=file, place=place, name=sweep.mats[named[0]], empty=EMPTY_TABLE)
+        raise InputError("cars-vary-on-mat", file=file, place=place, name=sweep.mats[named[0]], empty=EMPTY_TABLE)

@@ -26,7 +26,7 @@ from motorcade.engine import agents
 from motorcade.engine.geometry import FULL_TURN
 from motorcade.engine.simulation import checked_images
 from motorcade.engine.world import World
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import InputError, MotorcadeError, Phrase
 from motorcade.lab.starts import random_starts, starts_of
 from motorcade.mats import Mat
 from motorcade.mats.model import flags
@@ -160,10 +160,10 @@ class SteppedWorlds:
         if program is None:
             mat = replace(mat, starts=replace(mat.starts, leads=flags([False] * len(mat.starts))))
         if step_ms < mat.tick_ms or step_ms % mat.tick_ms:
-            raise MotorcadeError("step-not-in-ticks", step_ms=step_ms, tick_ms=mat.tick_ms)
+            raise InputError("step-not-in-ticks", step_ms=step_ms, tick_ms=mat.tick_ms)
         self.agents = np.flatnonzero(~np.asarray(mat.starts.leads))
         if not len(self.agents):
-            raise MotorcadeError("environment-without-agents")
+            raise InputError("environment-without-agents")
         self._set_actions(options.actions)
         self._reward = options.reward
         # The mission whose grade gives the rewards.
@@ -252,9 +252,9 @@ class SteppedWorlds:
             if name not in (*RESET_OPTIONS, _WITHOUT_EFFECT):
                 raise not_allowed("options", name, ", ".join(RESET_OPTIONS))
         if to_truth("random_starts", options.get("random_starts", False)) and "places" in options:
-            raise MotorcadeError("places-and-random-starts")
+            raise InputError("places-and-random-starts")
         if "images" in options and not any(self.world.mat.starts.leads):
-            raise MotorcadeError("images-without-leaders")
+            raise InputError("images-without-leaders")
 
     def _world_with(self, images: tuple[bytes, ...]) -> World:
         """The world, or another one whose leaders run other programs."""
@@ -330,10 +330,10 @@ class SteppedWorlds:
         # NaN is neither less than 0 nor more.
         is_number = given.dtype.kind in "iuf" and given.shape == shape
         if not is_number or not ((given >= 0) & (given < self.choices)).all():
-            raise MotorcadeError("action-not-allowed", shape=shape, choices=self.choices)
+            raise InputError("action-not-allowed", shape=shape, choices=self.choices)
         numbers = given.astype(np.int64)
         if (numbers != given).any():
-            raise MotorcadeError("action-not-allowed", shape=shape, choices=self.choices)
+            raise InputError("action-not-allowed", shape=shape, choices=self.choices)
         if self._shifts is None:
             words = self._base[numbers[..., 0]]
         else:

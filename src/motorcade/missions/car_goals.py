@@ -19,7 +19,6 @@ from motorcade.missions.goal import (
     ZONE,
     AskedGoal,
     GoalKind,
-    GoalRun,
     GoalState,
     Question,
     at,
@@ -159,8 +158,8 @@ class Travelled(AskedGoal):
     one_of = ("least_m", "most_m")
     is_reached = True
 
-    def __init__(self, number: int, run: GoalRun) -> None:
-        super().__init__(number, run)
+    def prepare(self) -> None:
+        super().prepare()
         self._least, self._most = self.asked.figures
 
     @classmethod
@@ -294,8 +293,7 @@ class Together(GoalKind):
     fields: ClassVar = {"who": WHO, "metres": metres("the distance between any two of them at most"), "at": at("end")}
     is_reached = True
 
-    def __init__(self, number: int, run: GoalRun) -> None:
-        super().__init__(number, run)
+    def prepare(self) -> None:
         self._metres: float = self.values["metres"]
         self._at = self.values["at"]
         # How far apart which two cars are, and when: now, or where they were nearest for a goal of some moment.

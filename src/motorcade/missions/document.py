@@ -15,7 +15,7 @@ from typing import Any
 from motorcade.config.check import Fault, Text, check, first_fault
 from motorcade.config.files import Kind, parse, raised_as, read_bytes, read_text
 from motorcade.config.profile import built_in_profile
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import InputError, MotorcadeError, Phrase
 from motorcade.locales import FIRST, languages
 from motorcade.mats.document import check_mat, mat_of
 from motorcade.mats.model import Mat
@@ -45,11 +45,11 @@ def read_mission(path: Path) -> Mission:
 
     Raises MotorcadeError mission-not-valid; its sentence names the place and what to do.
     """
-    with raised_as("mission-not-valid"):
+    with raised_as("mission-not-valid", MotorcadeError, InputError):
         kind = _KINDS.get(path.suffix.lower())
         with_name = Phrase("mission-named", name=path.name)
         if kind is None:
-            raise MotorcadeError("mission-file-ending", file=with_name)
+            raise InputError("mission-file-ending", file=with_name)
         text = read_text(path, with_name)
     return parse_mission(text, path.name.partition(".")[0], kind, lambda name: read_bytes(path.parent / name))
 
@@ -68,7 +68,7 @@ def parse_mission(text: str, name: str, kind: Kind, reader: Reader | None = None
 
     Raises MotorcadeError mission-not-valid.
     """
-    with raised_as("mission-not-valid"):
+    with raised_as("mission-not-valid", MotorcadeError, InputError):
         document = parse(text, kind, _called(name))
     return mission_of(document, name, text if kind == "TOML" else None, reader)
 
@@ -78,7 +78,7 @@ def mission_of(document: Any, name: str, text: str | None = None, reader: Reader
 
     Raises MotorcadeError mission-not-valid.
     """
-    with raised_as("mission-not-valid"):
+    with raised_as("mission-not-valid", MotorcadeError, InputError):
         return _Reading(name, text, reader).mission(document)
 
 
@@ -138,8 +138,8 @@ class _Reading:
             return problem
         match fault.place:
             case ("zone", int(number), "name") if str(fault.value).strip('" ') == "":
-                return MotorcadeError("mission-zone-nameless", number=number + 1)
-        return MotorcadeError(problem.code, **{**problem.details, "place": words})
+                return InputError("mission-zone-nameless", number=number + 1)
+        return InputError(problem.code, **{**problem.details, "place": words})
 
     def _wording(self, texts: str | Sentence, place: tuple[str | int, ...]) -> Wording:
         if isinstance(texts, str):
@@ -208,9 +208,9 @@ class _Reading:
 
     def _check_goals(self, goals: tuple[Goal, ...], mat: Mat) -> None:
         if not any(goal.star == 1 for goal in goals):
-            raise MotorcadeError("mission-without-first-star", file=self._file)
+            raise InputError("mission-without-first-star", file=self._file)
         if not len(mat.starts.leaders):
-            raise MotorcadeError("mission-without-leader", file=self._file)
+            raise InputError("mission-without-leader", file=self._file)
         declared = [(goal, GOALS[goal.kind]) for goal in goals]
         for number, (goal, kind) in enumerate(declared):
             fault = kind.fault(goal, declared, mat)
@@ -225,7 +225,7 @@ class _Reading:
         for count, most in ((seeds, MOST_CAR_SECONDS), (max(others), _MOST_JUDGED_CAR_SECONDS)):
             if cars * seconds * count > most:
                 size = {"cars": cars, "seconds": seconds, "seeds": count, "most": most}
-                raise MotorcadeError("mission-too-large", file=self._file, **size)
+                raise InputError("mission-too-large", file=self._file, **size)
 
     def _program(self, document: dict[str, Any] | None, key: str) -> Program | None:
         if document is None:
@@ -235,10 +235,10 @@ class _Reading:
                 return program_from_dict({"format": PROGRAM_FORMAT} | document)
             if self._reader is not None:
                 return read_program(self._reader(document["program"]))
-            reason: object = MotorcadeError("mission-names-no-files")
+            reason: object = InputError("mission-names-no-files")
         except (OSError, MotorcadeError) as problem:
             reason = problem
-        raise MotorcadeError("mission-program", file=self._file, place=key, reason=reason)
+        raise InputError("mission-program", file=self._file, place=key, reason=reason)
 
 
 def _place_in_words(place: tuple[str | int, ...]) -> Phrase | None:
@@ -279,7 +279,7 @@ def built_in_mission(name: str) -> Mission:
     known = [*_names(GALLERY), *_names(LITERATURE)]
     near = get_close_matches(name[:40], known, 1)
     hint = Phrase("did-you-mean", name=near[0]) if near else Phrase("missions-are", known=", ".join(known))
-    raise MotorcadeError("no-mission", name=name[:40], hint=hint)
+    raise InputError("no-mission", name=name[:40], hint=hint)
 
 
 def _names(folder: str) -> list[str]:

@@ -21,9 +21,9 @@ from motorcade.missions.goal import (
     CARS,
     WHO,
     Attempt,
+    Declared,
     GoalFault,
     GoalKind,
-    GoalRun,
     GoalState,
     car_phrase,
     done_phrase,
@@ -52,12 +52,11 @@ class SlotGoal(GoalKind):
     sees_all = False
     has_events = True
 
-    def __init__(self, number: int, run: GoalRun) -> None:
-        super().__init__(number, run)
+    def prepare(self) -> None:
         leaders = set(self.mission.mat.starts.leaders)
         self.cars = [car for car in self.goal.cars if car not in leaders]
         self.needed = needed_of(self.values["share"], len(self.cars))
-        self._slots = _slots_of(run.attempt)
+        self._slots = _slots_of(self.run.attempt)
         # When each car first began the word of each slot that is not judged yet.
         self._begun: dict[int, dict[int, int]] = {}
         self._judged = 0
@@ -111,8 +110,8 @@ class InStep(SlotGoal):
         "within_ms": whole(1, 10_000, "milliseconds", title="how far apart they may begin a word"),
     }
 
-    def __init__(self, number: int, run: GoalRun) -> None:
-        super().__init__(number, run)
+    def prepare(self) -> None:
+        super().prepare()
         self._within_ms = self.values["within_ms"]
         self._worst_ms = self._done = 0
         self._lost: GoalState | None = None
@@ -154,8 +153,7 @@ class NoTouch(GoalKind):
     name = "no-touch"
     sees_all = False
 
-    def __init__(self, number: int, run: GoalRun) -> None:
-        super().__init__(number, run)
+    def prepare(self) -> None:
         self._mat = self.mission.mat
         self._diameter_m = self.mission.profile.body.diameter_mm / 1000
         self._touching_ms = 0
@@ -216,8 +214,8 @@ class Heard(SlotGoal):
     name = "heard"
     fields: ClassVar = {"who": WHO, "share": a_number(0.01, 1, title="the part of all words, car by car", default=1)}
 
-    def __init__(self, number: int, run: GoalRun) -> None:
-        super().__init__(number, run)
+    def prepare(self) -> None:
+        super().prepare()
         self._heard = dict.fromkeys(self.cars, 0)
         # The first slot whose word each car missed.
         self._missed: dict[int, int] = {}
@@ -267,8 +265,7 @@ class StoppedByVoice(GoalKind):
     fields: ClassVar = CARS
     reads_positions_alone = False
 
-    def __init__(self, number: int, run: GoalRun) -> None:
-        super().__init__(number, run)
+    def prepare(self) -> None:
         voices = sorted(self.mission.mat.voices, key=lambda voice: voice.at_s)
         self._voices = [(round(voice.at_s * 1000), voice) for voice in voices]
         self._next = 0
@@ -280,7 +277,7 @@ class StoppedByVoice(GoalKind):
         self._stops = 0
 
     @classmethod
-    def fault(cls, goal: Goal, others: Sequence[tuple[Goal, type[GoalKind]]], mat: Mat) -> GoalFault | None:
+    def fault(cls, goal: Goal, others: Declared, mat: Mat) -> GoalFault | None:
         is_heard = any(voice.word == "stop" for voice in mat.voices)
         if is_heard:
             return None

@@ -41,6 +41,8 @@ MOST_UNMET = 0.99
 # How it stands with a goal: not yet met, met at present but not for good, met for good, lost for good.
 GoalProgress = Literal["open", "holds", "met", "lost"]
 _Made = TypeVar("_Made")
+# The goals of a mission in order, each with its kind.
+Declared = Sequence[tuple[Goal, type["GoalKind"]]]
 
 
 def seconds(title: str, least: float = 0.1) -> Schema:
@@ -257,6 +259,7 @@ class GoalKind(ABC):
         return ""
 
     def __init__(self, number: int, run: GoalRun) -> None:
+        self.number = number
         self.run = run
         self.mission = run.attempt.mission
         self.goal = self.mission.goals[number]
@@ -267,6 +270,10 @@ class GoalKind(ABC):
         # Since when it is met, and when it was lost for good.
         self.since_ms: int | None = None
         self.lost_ms: int | None = None
+        self.prepare()
+
+    def prepare(self) -> None:  # noqa: B027 - most kinds keep nothing
+        """Set up what a kind keeps of the run beside this."""
 
     @classmethod
     def question(cls, goal: Goal, mission: Mission) -> Question | None:
@@ -298,7 +305,7 @@ class GoalKind(ABC):
         return name
 
     @classmethod
-    def fault(cls, goal: Goal, others: Sequence[tuple[Goal, type["GoalKind"]]], mat: Mat) -> GoalFault | None:
+    def fault(cls, goal: Goal, others: Declared, mat: Mat) -> GoalFault | None:
         """What is wrong with a goal beside its keys; ``others`` are all goals of the mission, in order."""
         return None
 
@@ -351,10 +358,9 @@ class AskedGoal(GoalKind):
 
     sees_all = False
 
-    def __init__(self, number: int, run: GoalRun) -> None:
-        super().__init__(number, run)
-        self.asked = run.attempt.asked[number]
-        self._row, self._first = run.attempt.rows[number]
+    def prepare(self) -> None:
+        self.asked = self.run.attempt.asked[self.number]
+        self._row, self._first = self.run.attempt.rows[self.number]
 
     @property
     def off(self) -> list[float]:

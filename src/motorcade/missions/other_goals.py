@@ -8,7 +8,7 @@ from motorcade.config.check import whole
 from motorcade.engine.moment import Event, Moment
 from motorcade.errors import Phrase
 from motorcade.mats.model import Mat
-from motorcade.missions.goal import MOST_GOALS, GoalFault, GoalKind, GoalRun, GoalState, seconds
+from motorcade.missions.goal import MOST_GOALS, Declared, GoalFault, GoalKind, GoalState, seconds
 from motorcade.missions.model import Goal
 
 _MOST_TRIED, _TRIED = 200, 100
@@ -25,8 +25,7 @@ class AllBy(GoalKind):
     decided_by = "others"
     sees_all = False
 
-    def __init__(self, number: int, run: GoalRun) -> None:
-        super().__init__(number, run)
+    def prepare(self) -> None:
         self._number, self._seconds = self.values["goal"], self.values["seconds"]
         self._by_ms = round(self._seconds * 1000)
         # How the other goal stood last, at the time, and when it was lost again after it was met in time.
@@ -35,7 +34,7 @@ class AllBy(GoalKind):
         self._gone: GoalState | None = None
 
     @classmethod
-    def fault(cls, goal: Goal, others: Sequence[tuple[Goal, type[GoalKind]]], mat: Mat) -> GoalFault | None:
+    def fault(cls, goal: Goal, others: Declared, mat: Mat) -> GoalFault | None:
         number = goal.values["goal"]
         if number <= len(others):
             other, kind = others[number - 1]
@@ -99,7 +98,7 @@ class Works(GoalKind):
     tries_other_seeds = True
 
     @classmethod
-    def fault(cls, goal: Goal, others: Sequence[tuple[Goal, type[GoalKind]]], mat: Mat) -> GoalFault | None:
+    def fault(cls, goal: Goal, others: Declared, mat: Mat) -> GoalFault | None:
         if goal.star == 1:
             return GoalFault("not-allowed", ("star",), "1", "2, 3")
         return None

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from motorcade.config.files import read_bytes
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import InputError, MotorcadeError, Phrase
 from motorcade.missions.check import STEPS, GoalResult, Look, Result, Sight, check_image, check_program
 from motorcade.missions.model import Mission
 from motorcade.missions.watch import goal_phrase
@@ -91,7 +91,7 @@ def checked_file(mission: Mission, folder: Path, path: Path) -> Checked:
         result = check_file(mission, path, note)
     except ImageError as problem:
         # To who put a photo into the folder its number of bytes says nothing.
-        return Checked(name, None, problem if path.suffix in _IMAGES else MotorcadeError("no-program-in-file"))
+        return Checked(name, None, problem if path.suffix in _IMAGES else InputError("no-program-in-file"))
     except MotorcadeError as problem:
         return Checked(name, None, problem)
     except OSError as problem:

@@ -14,8 +14,7 @@ from typing import Any, ClassVar
 from motorcade.config.check import number as a_number
 from motorcade.engine.moment import Event, Moment
 from motorcade.errors import Phrase
-from motorcade.mats.model import Disc
-from motorcade.missions.goal import EVERY_MS, ZONE, GoalKind, GoalRun, GoalState, distance_to_zone_m, metres
+from motorcade.missions.goal import EVERY_MS, ZONE, GoalKind, GoalState, distance_to_zone_m, metres
 from motorcade.missions.model import Wording, Zone
 
 # The diameter of the published arena as its loop function has it: a car that covers nothing is so far away.
@@ -57,7 +56,7 @@ class _Gathered(Score):
 
     def __init__(self, zone: Zone) -> None:
         super().__init__()
-        self._is_in = _inside(zone)
+        self._is_in = partial(_is_in, zone)
         self._sum = 0
 
     def take(self, moment: Moment) -> None:
@@ -77,7 +76,7 @@ class _Stopped(Score):
 
     def __init__(self, zone: Zone, most: int) -> None:
         super().__init__()
-        self._is_in = _inside(zone)
+        self._is_in = partial(_is_in, zone)
         self._is_found = False
         self._before: _Columns = ((), ())
         self._left = most
@@ -154,19 +153,11 @@ def _points_in(zone: Zone, step_m: float) -> list[tuple[float, float]]:
     return [point for point in grid if distance_to_zone_m(zone, *point) == 0] or [(left, bottom)]
 
 
-def _inside(zone: Zone) -> Callable[[float, float], bool]:
+def _is_in(zone: Zone, x_m: float, y_m: float) -> bool:
     """Whether a point is in a zone."""
     if zone.corners:
-        return partial(_is_in_outline, zone)
-    return partial(_is_in_disc, zone.disc)
-
-
-def _is_in_outline(zone: Zone, x_m: float, y_m: float) -> bool:
-    return distance_to_zone_m(zone, x_m, y_m) == 0
-
-
-def _is_in_disc(disc: Disc, x_m: float, y_m: float) -> bool:
-    centre_x, centre_y, radius = disc
+        return distance_to_zone_m(zone, x_m, y_m) == 0
+    centre_x, centre_y, radius = zone.disc
     # Most points are far away, and this is asked for each car and moment.
     return abs(x_m - centre_x) <= radius and math.hypot(x_m - centre_x, y_m - centre_y) <= radius
 
@@ -174,11 +165,10 @@ def _is_in_disc(disc: Disc, x_m: float, y_m: float) -> bool:
 class ScoreGoal(GoalKind):
     """A goal for a score of all cars at the end of the run. Goals with the same keys, but for ``least``, share it."""
 
-    def __init__(self, number: int, run: GoalRun) -> None:
-        super().__init__(number, run)
+    def prepare(self) -> None:
         self._least: float = self.values["least"]
         key = repr((self.name, self.values | {"least": 0}))
-        self._score = run.once(key, self.score)
+        self._score = self.run.once(key, self.score)
 
     @abstractmethod
     def score(self) -> Score:

@@ -14,7 +14,7 @@ from motorcade.engine.events import COLUMNS, KIND, START
 from motorcade.engine.moment import Event, Moment
 from motorcade.engine.simulation import Simulation
 from motorcade.engine.state import Buffer
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import InputError, Phrase
 from motorcade.missions.goal import EVERY_MS, Attempt, GoalKind, GoalRun, GoalState, lamp_name
 from motorcade.missions.model import Goal, Mission, Wording
 from motorcade.missions.schema import GOALS
@@ -43,7 +43,7 @@ def attempt_of(mission: Mission, image: bytes) -> Attempt:
     kinds = [GOALS[goal.kind] for goal in mission.goals]
     count = sum(kind.compared(goal, mission) for goal, kind in zip(mission.goals, kinds, strict=True))
     if count > _MOST_COMPARED:
-        raise MotorcadeError("goals-too-detailed", count=count, most=_MOST_COMPARED)
+        raise InputError("goals-too-detailed", count=count, most=_MOST_COMPARED)
     return Attempt(mission, image, kinds)
 
 

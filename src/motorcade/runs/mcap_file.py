@@ -28,7 +28,7 @@ from motorcade.devices.declaration import Column
 from motorcade.engine.events import EVENT, KINDS, LOSS_REASONS
 from motorcade.engine.moment import COLUMNS, Moment
 from motorcade.engine.pictures import LEDS
-from motorcade.errors import MotorcadeError
+from motorcade.errors import InputError, MotorcadeError
 from motorcade.mats.model import Corners
 from motorcade.runs.recording import (
     EVENT_FIELDS,
@@ -295,12 +295,12 @@ class McapRecording:
                     if isinstance(record, Message):
                         break
         except InvalidMagic:
-            raise MotorcadeError("not-mcap", file=path) from None
+            raise InputError("not-mcap", file=path) from None
         except OSError as problem:
-            raise MotorcadeError("recording-unreadable", file=path, reason=problem) from None
+            raise InputError("recording-unreadable", file=path, reason=problem) from None
         except _DAMAGE:
-            raise MotorcadeError("mcap-cut-off", file=path) from None
-        raise MotorcadeError("mcap-without-run", file=path)
+            raise InputError("mcap-cut-off", file=path) from None
+        raise InputError("mcap-without-run", file=path)
 
     @property
     def last_ms(self) -> int:
@@ -347,7 +347,7 @@ class McapRecording:
                         last_ms = record.log_time // 1_000_000
                         yield chosen[record.channel_id], json.loads(record.data)
             except _DAMAGE:
-                self.damage = MotorcadeError("recording-cut-off", file=self.name, seconds=last_ms / 1000)
+                self.damage = InputError("recording-cut-off", file=self.name, seconds=last_ms / 1000)
 
 
 def _records(file: BinaryIO) -> Iterator[McapRecord]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from motorcade.config.files import raised_as, replace_file
 from motorcade.engine.moment import Moment
 from motorcade.engine.pictures import LEDS
-from motorcade.errors import MotorcadeError
+from motorcade.errors import InputError
 from motorcade.runs.drawing import PLAIN, Box, CarArtists, bounding_box, draw_mat, picture_text, show_box
 from motorcade.runs.recording import (
     FOLLOWERS,
@@ -68,7 +68,7 @@ def draw_tracks(recording: Recording, path: Path, progress: OnProgress = lambda 
             points.append(np.column_stack([last.x_m[drawn], last.y_m[drawn]]))
         progress(last.t_ms)
     if last is None:
-        raise MotorcadeError("nothing-recorded", file=recording.name)
+        raise InputError("nothing-recorded", file=recording.name)
     points.append(np.column_stack([last.x_m[drawn], last.y_m[drawn]]))
     figure = Figure(figsize=(8, 6), layout="constrained")
     _draw_tracks(figure, about, drawn, np.stack(points, axis=1), last)
@@ -141,7 +141,7 @@ def draw_film(
     images = _images(recording, pictures, step, progress)
     first = next(images, None)
     if first is None:
-        raise MotorcadeError("nothing-recorded", file=recording.name)
+        raise InputError("nothing-recorded", file=recording.name)
     with raised_as("film-not-drawn", (OSError, ValueError), file=path):
         replace_file(path, _gif_of(chain([first], images), moments_s / step, pictures.palette()))
 
@@ -219,7 +219,7 @@ def _gif_of(images: Iterator[Pixels], images_s: float, palette: Pixels) -> bytes
     def reduced() -> Iterator[Pillow.Image]:
         for number, image in enumerate(images):
             if number == MOST_GIF_IMAGES:
-                raise MotorcadeError("gif-too-long", most=MOST_GIF_IMAGES)
+                raise InputError("gif-too-long", most=MOST_GIF_IMAGES)
             yield Pillow.fromarray(image).quantize(palette=coloured, dither=Pillow.Dither.NONE)
 
     rest, drawn = reduced(), io.BytesIO()

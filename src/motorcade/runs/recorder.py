@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Self
 
 from motorcade.config.arguments import instance_of, not_allowed, to_function, to_list, to_whole
 from motorcade.engine.simulation import Simulation
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import InputError, Phrase
 from motorcade.extras import needs_extra
 from motorcade.runs.recording import (
     DATA_ENDING,
@@ -56,7 +56,7 @@ def open_recording(path: str | Path) -> Recording:
     """
     path = Path(path)
     if path.suffix.lower() != DATA_ENDING and path.suffixes[-2:] != [DATA_ENDING, PART]:
-        raise MotorcadeError("not-a-recording", file=path, allowed=DATA_ENDING)
+        raise InputError("not-a-recording", file=path, allowed=DATA_ENDING)
     from motorcade.runs.mcap_file import McapRecording
 
     return McapRecording(path)
@@ -150,7 +150,7 @@ class Recorder:
             MotorcadeError: a file can no longer be written, or this is another world.
         """
         if world is not self._world:
-            raise MotorcadeError("recorder-of-another-world")
+            raise InputError("recorder-of-another-world")
         with writing(*self._files):
             if self._events and len(events := world.take_events()):
                 for sink in self._sinks:

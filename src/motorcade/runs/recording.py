@@ -21,7 +21,7 @@ from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.engine.layout import people_at
 from motorcade.engine.moment import Event, Moment
 from motorcade.engine.native import InterpretedKernels
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import InputError, MotorcadeError, Phrase
 from motorcade.mats import Mat, Starts
 from motorcade.mats.document import document_of, mat_of
 from motorcade.words.image import parse_image_bytes
@@ -248,13 +248,13 @@ def check_writable(path: Path, endings: Iterable[str]) -> None:
     """Raise MotorcadeError unless ``path`` has one of the endings and a file can be written there."""
     endings = tuple(endings)
     if path.suffix.lower() not in endings:
-        raise MotorcadeError("run-file-ending", file=path, allowed=_one_of(endings))
+        raise InputError("run-file-ending", file=path, allowed=_one_of(endings))
     if path.is_dir():
-        raise MotorcadeError("run-file-is-folder", file=path)
+        raise InputError("run-file-is-folder", file=path)
     if not path.parent.is_dir():
-        raise MotorcadeError("run-file-without-folder", file=path, folder=path.parent)
+        raise InputError("run-file-without-folder", file=path, folder=path.parent)
     if not os.access(path if path.exists() else path.parent, os.W_OK):
-        raise MotorcadeError("run-file-forbidden", file=path)
+        raise InputError("run-file-forbidden", file=path)
 
 
 def _one_of(names: Sequence[object]) -> object:

@@ -20,7 +20,7 @@ from motorcade.missions.odds import OpenWorlds
 from motorcade.service.history import EVERY_MS, History, pack_picture
 from motorcade.service.messages import Sentence, StreamAnswer, StreamMessage, sentences
 from motorcade.service.studio_world import StudioWorld, open_world
-from motorcade.service.world_messages import SetWorld
+from motorcade.service.world_messages import Milliseconds, SetWorld
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.infrared import air_us, word_of
 
@@ -49,7 +49,7 @@ class Compare(StreamMessage):
 class Show(StreamMessage):
     """Send a picture of each of the two runs at a time."""
 
-    t_ms: Annotated[int, Meta(ge=0, lt=1 << 30)]
+    t_ms: Milliseconds
 
 
 class BegunWord(Struct):

@@ -11,7 +11,7 @@ from motorcade.mats.document import document_in, mat_of
 from motorcade.program.blocks import Workspace, blocks_of, program_of
 from motorcade.program.diagnostics import NotJsonError, ProgramError
 from motorcade.program.model import FORMAT, Program, program_from_dict, read_document
-from motorcade.service.messages import Difficulty, Example, MatDocument, Project, sentences
+from motorcade.service.messages import Blocks, Difficulty, Example, MatDocument, Project, sentences
 
 # Each is the file ``gallery/<id>.motorcade.json``, in the order in which the page lists them; with its difficulty.
 EXAMPLES: dict[str, Difficulty] = {
@@ -48,8 +48,7 @@ def project_text(project: Project) -> str:
         beside = {"view": view}
     else:
         beside = {"mat": project.mat, "view": view}
-    program = whole_program(project.leader, project.followers, project.profile)
-    return replace(program, beside=beside).as_json()
+    return replace(whole_program(project), beside=beside).as_json()
 
 
 def open_text(text: str | bytes) -> Project:
@@ -122,17 +121,17 @@ def _stored_blocks(view: Any, program: Program) -> tuple[Workspace, Workspace | 
         stored = msgspec.convert({**(view or {}), **own}, Project)
     except msgspec.ValidationError:
         return None
-    if whole_program(stored.leader, stored.followers, stored.profile) != program:
+    if whole_program(stored) != program:
         return None
     return stored.leader, stored.followers
 
 
-def whole_program(leader: Workspace, followers: Workspace | None, profile: str) -> Program:
+def whole_program(blocks: Blocks) -> Program:
     """Return the program of the blocks; one without steps where they aren't a valid program yet."""
     try:
-        return program_of(leader, followers, profile)
+        return program_of(blocks.leader, blocks.followers, blocks.profile)
     except ProgramError:
-        return Program([], profile=profile)
+        return Program([], profile=blocks.profile)
 
 
 def examples() -> list[Example]:

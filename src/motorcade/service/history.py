@@ -68,61 +68,62 @@ def renumbered(picture: bytes, number: int) -> bytes:
     return _HEADER.pack(*header_of(picture)._replace(number=number)) + picture[HEADER_BYTES:]
 
 
+class _Past:
+    """Pieces of the past by time, up to a number of bytes; the oldest are dropped."""
+
+    def __init__(self, most_bytes: int) -> None:
+        self.times: deque[int] = deque()
+        self.pieces: deque[bytes] = deque()
+        self._left_bytes = most_bytes
+
+    def add(self, t_ms: int, piece: bytes) -> None:
+        """Store a piece that is later than all before."""
+        self.times.append(t_ms)
+        self.pieces.append(piece)
+        self._left_bytes -= len(piece) + _OBJECT_BYTES
+        while self._left_bytes < 0 and len(self.pieces) > 1:
+            self.times.popleft()
+            self._left_bytes += len(self.pieces.popleft()) + _OBJECT_BYTES
+
+
 class History:
     """Moments and events by time, each up to a number of bytes; the oldest are dropped."""
 
     def __init__(self, most_bytes: tuple[int, int] = PAST_BYTES):
-        self._most_bytes = most_bytes
-        self._times: deque[int] = deque()
-        self._moments: deque[bytes] = deque()
-        self._events: deque[bytes] = deque()
-        # The time of the last row of each batch.
-        self._until: deque[int] = deque()
-        self._moment_bytes = self._event_bytes = 0
+        # Of a batch of events the time is that of its last row.
+        self._moments, self._events = map(_Past, most_bytes)
         # By time, how many frames were lost before; also of the LATELY_MS before the oldest moment.
         self._losses: deque[tuple[int, int]] = deque()
 
     def add_moment(self, t_ms: int, moment: bytes, lost: int = 0) -> None:
         """Store a moment that is later than all before; ``lost`` frames were lost from the beginning until then."""
         self._losses.append((t_ms, lost))
-        self._times.append(t_ms)
-        self._moments.append(moment)
-        self._moment_bytes += len(moment) + _OBJECT_BYTES
-        while self._moment_bytes > self._most_bytes[0] and len(self._moments) > 1:
-            self._times.popleft()
-            self._moment_bytes -= len(self._moments.popleft()) + _OBJECT_BYTES
+        self._moments.add(t_ms, moment)
         while len(self._losses) > 1 and self._losses[1][0] <= self.earliest_ms - LATELY_MS:
             self._losses.popleft()
 
     def add_events(self, events: bytes) -> None:
         """Store rows of events, sorted by time, that are later than all before."""
-        if not events:
-            return
-        self._events.append(events)
-        self._until.append(EVENT_ROW.unpack_from(events, len(events) - EVENT_BYTES)[0])
-        self._event_bytes += len(events) + _OBJECT_BYTES
-        while self._event_bytes > self._most_bytes[1] and len(self._events) > 1:
-            self._until.popleft()
-            self._event_bytes -= len(self._events.popleft()) + _OBJECT_BYTES
+        if events:
+            self._events.add(EVENT_ROW.unpack_from(events, len(events) - EVENT_BYTES)[0], events)
 
     @property
     def earliest_ms(self) -> int:
         """The time of the oldest moment; 0 where there is none."""
-        if self._times:
-            return self._times[0]
-        return 0
+        return next(iter(self._moments.times), 0)
 
     def moment_at(self, t_ms: int) -> tuple[int, bytes]:
         """Return time and bytes of the last moment at ``t_ms`` or before, or else of the oldest; there must be one."""
-        at = max(bisect_right(self._times, t_ms) - 1, 0)
-        return self._times[at], self._moments[at]
+        times = self._moments.times
+        at = max(bisect_right(times, t_ms) - 1, 0)
+        return times[at], self._moments.pieces[at]
 
     def events_between(self, after_ms: int, until_ms: int) -> bytes:
         """The rows of the events later than ``after_ms`` and not later than ``until_ms``."""
         found = []
         # A page asks for the last moments with each picture: batches that are over before them are not looked at.
-        for at in range(bisect_right(self._until, after_ms), len(self._events)):
-            batch = self._events[at]
+        for at in range(bisect_right(self._events.times, after_ms), len(self._events.pieces)):
+            batch = self._events.pieces[at]
             first = _row_after(batch, after_ms)
             last = _row_after(batch, until_ms)
             found.append(batch[first * EVENT_BYTES : last * EVENT_BYTES])
@@ -145,7 +146,7 @@ class History:
         """The last ``most`` rows."""
         batches: list[bytes] = []
         missing = most * EVENT_BYTES
-        for batch in reversed(self._events):
+        for batch in reversed(self._events.pieces):
             if missing <= 0:
                 break
             batches.append(batch)
@@ -154,11 +155,13 @@ class History:
 
     def events_of(self, car: int) -> list[Event]:
         """The events of a car, by time."""
-        return [Event._make(row) for batch in self._events for row in EVENT_ROW.iter_unpack(batch) if row[1] == car]
+        return [
+            Event._make(row) for batch in self._events.pieces for row in EVENT_ROW.iter_unpack(batch) if row[1] == car
+        ]
 
     def events(self) -> list[bytes]:
         """All rows, in batches."""
-        return list(self._events)
+        return list(self._events.pieces)
 
 
 def _row_after(batch: bytes, t_ms: int) -> int:

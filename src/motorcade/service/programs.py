@@ -311,7 +311,7 @@ def python_to_blocks(sent: messages.BlocksAndText) -> messages.PythonBlocks:
             names = get_close_matches(read.program.profile, built_in_profiles(), 1)
             fixed = found.with_fixes(*(Fix(TEXT, f'"{name}"') for name in names))
             raise ProgramError(read.located([fixed])) from None
-        before = whole_program(sent.leader, sent.followers, sent.profile)
+        before = whole_program(sent)
         leader, followers = blocks_of(with_ids_of(read.program, before))
     except ProgramError as problem:
         return messages.PythonBlocks(diagnostics=diagnostics_in_all_languages(problem.diagnostics))

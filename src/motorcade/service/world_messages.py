@@ -18,6 +18,10 @@ from motorcade.service.messages import (
 Length = Annotated[float, Meta(ge=-2000, le=2000)]
 Seed = Annotated[int, Meta(ge=0, lt=1 << 32)]
 CarNumber = Annotated[int, Meta(ge=0, lt=1 << 20)]
+# Simulated time.
+Milliseconds = Annotated[int, Meta(ge=0, lt=1 << 30)]
+# How many simulated seconds pass in a real one.
+Speed = Annotated[float, Meta(ge=0.25, le=16)]
 
 
 class SetWorld(StreamMessage, tag="set"):
@@ -37,7 +41,7 @@ class SetWorld(StreamMessage, tag="set"):
 class Play(StreamMessage):
     """Go on, ``speed`` simulated seconds in a real one."""
 
-    speed: Annotated[float, Meta(ge=0.25, le=16)] = 1.0
+    speed: Speed = 1.0
 
 
 class Pause(StreamMessage):
@@ -114,7 +118,7 @@ class Watch(StreamMessage):
 class Seek(StreamMessage):
     """Show a moment of the past, or the present."""
 
-    t_ms: Annotated[int, Meta(ge=0, lt=1 << 30)] | None = None
+    t_ms: Milliseconds | None = None
 
 
 class Resume(StreamMessage):
@@ -230,6 +234,36 @@ class CarDetails(StreamAnswer, tag="car"):
     why: Why
 
 
+Thought = Literal[
+    "blockedByCar",
+    "blocked",
+    "noLine",
+    "hidden",
+    "outsideBeam",
+    "notPassedOn",
+    "tooFar",
+    "deaf",
+    "collisions",
+    "damaged",
+    "noProgram",
+    "nothing",
+    "waiting",
+]
+
+
+class CarThought(Struct):
+    """What a car thinks: the short form of its answer to 'Why?'."""
+
+    car: int
+    thought: Thought
+
+
+class Thoughts(StreamAnswer):
+    """What cars think at the shown time, the most telling thoughts first; the others think nothing."""
+
+    thoughts: list[CarThought]
+
+
 class GoalNow(Struct):
     """How it stands with a goal of the mission, and why, with numbers.
 
@@ -271,7 +305,7 @@ class Refused(StreamAnswer, tag="error"):
     sentence: Sentence
 
 
-WorldAnswer = WorldHello | State | CarDetails | Goals | Stopped | Refused
+WorldAnswer = WorldHello | State | CarDetails | Thoughts | Goals | Stopped | Refused
 
 
 # An upload, or the readback of a car's program.

@@ -261,6 +261,7 @@ export class Session {
     if (answer.is === "hello") this.receiveHello(answer);
     if (answer.is === "state") this.receiveState(answer);
     if (answer.is === "car" && answer.car === chosenCar()) useMat.setState({ details: answer });
+    if (answer.is === "thoughts") useMat.setState({ thoughts: answer.thoughts });
     if (answer.is === "goals") useMat.setState({ goals: answer });
     if (answer.is === "stopped") useMat.setState({ stopped: answer, told: [answer.car, ...answer.others] });
     if (answer.is === "error") useMat.setState({ problem: answer });
@@ -293,7 +294,7 @@ export class Session {
       this.picture = null;
     }
     const car = chosenCar();
-    useMat.setState({ hello, details: null, ...(car !== null && car >= hello.cars && { chosen: null }) });
+    useMat.setState({ hello, details: null, thoughts: [], ...(car !== null && car >= hello.cars && { chosen: null }) });
     if (car !== null && car < hello.cars) this.watch();
     // Its answer may come at once.
     if (isNew && useStudio.getState().compiled) this.syncNow();

@@ -3,7 +3,7 @@
 import i18next from "i18next";
 import { create } from "zustand";
 import type { CarDetails, Goals, WorldHello, LinkState, Pose, WorldProblem, WorldState } from "../api/world";
-import type { Stopped } from "../generated/messages";
+import type { CarThought, Stopped } from "../generated/messages";
 import { notify } from "../state/dialogs";
 import { record } from "../state/history";
 import { useStudio } from "../state/studio";
@@ -22,6 +22,8 @@ interface MatState {
   /** How it stands with the goals of the mission, at the shown time. */
   goals: Goals | null;
   details: CarDetails | null;
+  /** What a few cars think at the shown time. */
+  thoughts: readonly CarThought[];
   /** The time of the picture that is shown, updated a few times a second. */
   tMs: number;
   past: boolean;
@@ -53,6 +55,7 @@ export const useMat = create<MatState>(() => ({
   stopped: null,
   goals: null,
   details: null,
+  thoughts: [],
   tMs: 0,
   past: false,
   pose: null,

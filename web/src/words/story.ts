@@ -52,11 +52,6 @@ function kindsOf(word: CompiledWord, profile: Profile): Told[] {
   return told;
 }
 
-/** Whether a car with this word is to follow a line. */
-export function followsLine(word: CompiledWord, profile: Profile): boolean {
-  return kindsOf(word, profile).some(({ kind }) => kind === "follow_line");
-}
-
 function kindStory(word: CompiledWord, { kind, fields }: Told, profile: Profile): string {
   const texts = fields.map((field) => ({ field, text: fieldText(word, field, profile) ?? "" }));
   const direction = texts.find(({ field }) => field.input === "choice")?.text ?? "";
