@@ -10,6 +10,7 @@ from motorcade.words.packing import words_to_bytes
 from motorcade.words.upload import READBACK_REQUEST
 from motorcade.words.uploader import VERIFIED
 from support import arduino_build, emulated_chips
+from support.arduino_cars import MOST_FLASH_BYTES
 from support.emulated_chips import CYCLES_A_MS, EEPROM, RECEIVED, UNO, ChipWorld
 from support.emulated_uploads import BAUD, held_image, image_of, run, upload
 from support.faulty_line import Faults
