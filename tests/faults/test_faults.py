@@ -9,6 +9,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
+from starlette.routing import Route, WebSocketRoute
 from tests.faults import lesson, promises
 from tests.faults.broken_places import BREAKS
 from tests.faults.browsers import DONE
@@ -18,7 +19,6 @@ from tests.faults.world import World
 from motorcade.classroom.app import AUTHORITY, PAGES, REQUESTS, make_class_app
 from motorcade.classroom.folder import ClassFolder
 from motorcade.classroom.running import ClassServerSettings
-from starlette.routing import Route, WebSocketRoute
 from support.soak import SOAK
 
 ROOT = Path(__file__).parents[2]
