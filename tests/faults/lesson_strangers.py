@@ -123,7 +123,7 @@ async def open_sockets(run: "Lesson") -> None:
 
 
 async def fetch_files(run: "Lesson") -> None:
-    """Strangers and those who are out get no timeline, no camera and no work; where a car has no camera that is said."""
+    """Strangers and those who are out get no timeline, picture or work; where a car has no camera that is said."""
     pupil = run.draw(run.pupils)
     paths = (f"/api/world/{_KEY}/timeline.csv", "/camera", "/camera/snapshot.jpg", "/api/projects/export")
     outsiders = [run.new_browser(), *(device for gone in run.out[-1:] for device in gone.devices[:1])]

@@ -23,8 +23,8 @@ FOLDERS = ("upload", "fleet", "drive", "classroom", "server")
 # So many seeds of a scenario tell which lines it reaches.
 _SEEDS = 40
 _TESTS_KIND = "tests"
-# File, line and what reached it.
-_Reached = dict[str, dict[int, list[str]]]
+# File, line and what reached it, by numbers of a list of names.
+_Reached = dict[str, dict[int, list[int]]]
 
 
 class Reach:
@@ -35,7 +35,7 @@ class Reach:
     """
 
     def __init__(self, kinds: tuple[str, ...]) -> None:
-        self._by_kind = {kind: self._known(kind) for kind in (*kinds, _TESTS_KIND)}
+        self._by_kind = {kind: _known(kind) for kind in (*kinds, _TESTS_KIND)}
 
     def seeds(self, kind: str, file: Path, line: int) -> list[int]:
         """The seeds of a scenario that reach a line."""
@@ -46,21 +46,10 @@ class Reach:
         return sorted(self._reaching(_TESTS_KIND, file, line))
 
     def _reaching(self, kind: str, file: Path, line: int) -> set[str]:
-        lines = self._by_kind[kind].get(str(file.relative_to(_SOURCE)), {})
+        names, reached = self._by_kind[kind]
+        lines = reached.get(str(file.relative_to(_SOURCE)), {})
         wanted = lines_with(file, line)
-        return {context for each in wanted or lines for context in lines.get(each, ()) if context}
-
-    def _known(self, kind: str) -> _Reached:
-        """What a former run has found with this code, or what one finds now."""
-        folder = _ROOT / "mutants"
-        folder.mkdir(exist_ok=True)
-        file = folder / f"reached-{kind}-{_digest()}.json"
-        if not file.exists():
-            print(f"finding the lines that {kind} reach", flush=True)
-            command = [sys.executable, "-m", "tests.faults.reached", str(file), kind]
-            subprocess.run(command, cwd=_ROOT, check=True, stdout=subprocess.DEVNULL)
-        known = json.loads(file.read_text(encoding="utf-8"))
-        return {path: {int(line): contexts for line, contexts in lines.items()} for path, lines in known.items()}
+        return {names[number] for each in wanted or lines for number in lines.get(each, ()) if names[number]}
 
 
 def lines_with(file: Path, line: int) -> range:
@@ -84,6 +73,19 @@ def _statements(tree: ast.AST) -> Iterator[ast.stmt]:
             yield node
         elif isinstance(node, ast.ExceptHandler | ast.match_case):
             yield from _statements(node)
+
+
+def _known(kind: str) -> tuple[list[str], _Reached]:
+    """What a former run has found with this code, or what one finds now: names, and what reached which line."""
+    folder = _ROOT / "mutants"
+    folder.mkdir(exist_ok=True)
+    file = folder / f"reached-{kind}-{_digest()}.json"
+    if not file.exists():
+        print(f"finding the lines that {kind} reach", flush=True)
+        command = [sys.executable, "-m", "tests.faults.reached", str(file), kind]
+        subprocess.run(command, cwd=_ROOT, check=True, stdout=subprocess.DEVNULL)
+    names, reached = json.loads(file.read_text(encoding="utf-8"))
+    return names, {path: {int(line): numbers for line, numbers in lines.items()} for path, lines in reached.items()}
 
 
 def _digest() -> str:
@@ -135,15 +137,18 @@ def _write(file: Path, kind: str) -> None:
             seen.switch_context(str(seed))
             run(kind, seed)
     seen.stop()
-    data, reached = seen.get_data(), defaultdict[str, dict[int, list[str]]](dict)
+    data, reached = seen.get_data(), defaultdict[str, dict[int, list[int]]](dict)
+    numbers = {"": 0}
     if contexts.failed:
         print("they fail though nothing is changed:", *sorted(contexts.failed), file=sys.stderr)
     for path in data.measured_files():
         lines = data.contexts_by_lineno(path)
-        known = {line: sorted({*reaching} - contexts.failed) for line, reaching in lines.items()}
-        reached[str(Path(path).relative_to(_SOURCE))] = known
+        name = str(Path(path).relative_to(_SOURCE))
+        for line, reaching in lines.items():
+            passed = sorted({*reaching} - contexts.failed)
+            reached[name][line] = [numbers.setdefault(context, len(numbers)) for context in passed]
     part = file.with_suffix(f".{os.getpid()}")
-    part.write_text(json.dumps(reached), encoding="utf-8")
+    part.write_text(json.dumps([list(numbers), reached]), encoding="utf-8")
     part.replace(file)
 
 
