@@ -6,7 +6,7 @@ import signal
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,10 @@ import pytest
 from filelock import FileLock
 from hypothesis import Phase, settings
 
-from support.processor_time import cpu_s
+# A failed assertion of a helper says why, too.
+pytest.register_assert_rewrite("support")
+
+from support.processor_time import cpu_s  # noqa: E402
 
 # Tests start hundreds of processes, each of which would compile all of Motorcade anew where Python may store nothing.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
@@ -71,15 +74,17 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     items.sort(key=_order)
 
 
-def pytest_configure() -> None:
-    """Let the garbage collector rest while all tests are imported and listed."""
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, Any, Any]:
+    """Let the garbage collector rest while all tests are imported and listed, and pass over them afterwards.
+
+    They live as long as the process: to look at all of them took half a second each time.
+    """
     gc.disable()
-
-
-def pytest_collection_finish() -> None:
-    """Keep what is there now out of the garbage collector's work: it lives as long as the process."""
+    result = yield
     gc.freeze()
     gc.enable()
+    return result
 
 
 def _order(item: pytest.Item) -> int:
