@@ -174,7 +174,8 @@ def parse_pins(text: str, file: str) -> PinMap:
 def _check_pins(wires: list[Wire], chip: Chip, file: str) -> None:
     wire_at: dict[int, str] = {}
     for wire in wires:
-        name, pin = f"{wire.device.key}.{wire.role.key}", wire.pin
+        name = f"{wire.device.key}.{wire.role.key}"
+        pin = wire.pin
         place = {"file": file, "wire": name, "value": shown(pin), "chip": chip.title}
         if pin in chip.taken:
             raise InputError("pin-taken", **place, use=chip.taken[pin])
@@ -252,7 +253,8 @@ def _pattern(word: dict[str, Any], place: str, file: str) -> bytes:
     key = "bytes"
     read: Callable[[str], bytes] = bytes.fromhex
     if "text" in word:
-        key, read = "text", str.encode
+        key = "text"
+        read = str.encode
     try:
         pattern = read(word[key])
     except ValueError:
