@@ -84,7 +84,8 @@ class SerialLine(WaitingLine):
         except OSError:
             with contextlib.suppress(OSError):
                 self._port.close()
-            self._port, self._last_try_s = None, now_s
+            self._port = None
+            self._last_try_s = now_s
             return None
 
 

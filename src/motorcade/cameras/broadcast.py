@@ -89,7 +89,8 @@ class Camera:
         self.viewers += 1
         if self._taking is None:
             self._taking = asyncio.create_task(self._take())
-        seen, clock = self.taken, asyncio.get_running_loop().time
+        seen = self.taken
+        clock = asyncio.get_running_loop().time
         try:
             while True:
                 due_s = clock() + 1 / rate_hz
@@ -135,7 +136,8 @@ class Camera:
                 self._problem = problem
             else:
                 async with self._has_new:
-                    self._newest, self._problem = picture, None
+                    self._newest = picture
+                    self._problem = None
                     self.taken += 1
                     self._has_new.notify_all()
             due_s = max(due_s + 1 / self._rate_hz, loop.time())
@@ -236,7 +238,8 @@ class Parts:
         return pictures
 
     def _next(self) -> bytes | None:
-        begin, ahead = self._rest.find(self._boundary), len(self._boundary) - 1
+        begin = self._rest.find(self._boundary)
+        ahead = len(self._boundary) - 1
         # What stands before a boundary is nothing, so the part begins at the beginning of what is kept.
         del self._rest[: begin if begin >= 0 else max(0, len(self._rest) - ahead)]
         head_end = self._rest.find(b"\r\n\r\n", 0, _MOST_HEAD_BYTES)
@@ -279,7 +282,8 @@ class WebCamera:
     def __init__(self, url: str, trust: ssl.SSLContext | None = None, patience_s: float = _PATIENCE_S) -> None:
         try:
             parts = urlsplit(url)
-            self._host, self._port = parts.hostname or "", parts.port
+            self._host = parts.hostname or ""
+            self._port = parts.port
         except ValueError:
             raise CameraError("not-a-camera-address", url=url) from None
         if parts.scheme not in ("http", "https") or not self._host:

@@ -82,7 +82,8 @@ class Classroom:
         self, record: ClassRecord, random_below: RandomBelow, cars: Iterable[str] = (), now_s: float = 0.0
     ) -> None:
         mend(record)
-        self.record, self.kept = record, copied(record)
+        self.record = record
+        self.kept = copied(record)
         self.revision = self.changes = self.ended = 0
         self.frozen = self.stopped = False
         self.holders: dict[str, str | None] = dict.fromkeys((CABLE, *cars))

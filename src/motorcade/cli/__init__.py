@@ -26,6 +26,7 @@ from motorcade.cli.output import (
     print_note,
     print_problem,
     request_language,
+    sentence_of,
     translated,
 )
 from motorcade.errors import MotorcadeError
@@ -195,4 +196,4 @@ def _engine() -> dict[str, str | None]:
         problem = library_problem()
     except ModuleNotFoundError as missing:
         return {"kernels": None, "problem": str(missing)}
-    return {"kernels": name, "problem": problem.sentence(current_language()) if problem else None}
+    return {"kernels": name, "problem": sentence_of(problem) if problem else None}

@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from motorcade.car.brain import TAGGED
-from motorcade.cli.output import current_language, in_language, make_table, translated
+from motorcade.cli.output import current_language, in_language, make_table, sentence_of, translated
 from motorcade.config.profile import Profile
 from motorcade.devices.motor import DIRECTIONS
 from motorcade.errors import Phrase
@@ -125,7 +125,7 @@ def format_table(word_format: WordFormat) -> Table:
         (
             _bits(field),
             field.name,
-            f"{field.allowed.sentence(current_language())} {field.unit}".rstrip(),
+            f"{sentence_of(field.allowed)} {field.unit}".rstrip(),
             _meaning(word_format, field),
             field.source,
         )

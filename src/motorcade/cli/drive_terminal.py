@@ -6,7 +6,7 @@ from contextlib import suppress
 
 from blessed import Terminal
 
-from motorcade.cli.output import current_language, plain, translated
+from motorcade.cli.output import plain, sentence_of, translated
 from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.wire import Telemetry
 from motorcade.errors import DriveError, MotorcadeError, Phrase
@@ -149,7 +149,7 @@ def _telemetry_lines(telemetry: Telemetry) -> list[str]:
     way = _text("ahead" if telemetry.direction else "back")
     wheels = _text("applied", angle=telemetry.angle_deg, way=way, speed=telemetry.speed)
     lines = [
-        f"{_text('state')}: {Phrase(f'car-state-{telemetry.state}').sentence(current_language())}",
+        f"{_text('state')}: {sentence_of(Phrase(f'car-state-{telemetry.state}'))}",
         f"{_text('driver')}: {telemetry.driver or _text('nobody')}",
         f"{_text('wheels')}: {wheels}",
     ]

@@ -20,13 +20,13 @@ from motorcade.cli.console import progress_bar
 from motorcade.cli.options import DEFAULT_PROFILE, Lookup, listed
 from motorcade.cli.output import (
     Rows,
-    current_language,
     is_shown_on_terminal,
     make_table,
     print_json,
     print_problem,
     print_result,
     print_table,
+    sentence_of,
     translated,
 )
 from motorcade.drive.keys import client_context
@@ -78,7 +78,7 @@ async def load(image: bytes, names: Sequence[str], search: Lookup, baud: int, re
         holds = translated(f"load-{verdict.holds}", crc32=checksum)
         why = ""
         if verdict.error and not isinstance(verdict.error, CarAwayError):
-            why = verdict.error.sentence(current_language())
+            why = sentence_of(verdict.error)
         rows.append((verdict.car, verdict.where, f"{holds}\n{why}".strip()))
     print_result(data, Rows(("name", "where", "verdict"), rows), as_json)
     failed = [verdict.error for verdict in verdicts if verdict.error]
@@ -147,7 +147,7 @@ async def order(kind: str, search: Lookup, as_json: bool) -> None:
     lines = [translated(f"cars-{kind}", count=count - len(missing))]
     if missing:
         lines[0] += " " + translated("cars-missing", names=", ".join(names[:_MOST_PROBLEMS]), count=len(missing))
-        problems = [(car.name, car.problem.sentence(current_language())) for car in missing if car.problem]
+        problems = [(car.name, sentence_of(car.problem)) for car in missing if car.problem]
         lines += [f"{name}: {problem}" for name, problem in problems[:_MOST_PROBLEMS]]
     print_result({"cars": count, "missing": names}, "\n".join(lines), as_json)
     if missing or not is_whole:
@@ -238,10 +238,10 @@ def _table(rows: Sequence[CarStatus], finder: Finder, programs: dict[str, str]) 
         lines.append(translated("cars-keys"))
     if others:
         lines.append(translated("cars-others", list=", ".join(others)))
-    problems = [f"{row.name}: {row.problem.sentence(current_language())}" for row in rows if row.problem]
+    problems = [f"{row.name}: {sentence_of(row.problem)}" for row in rows if row.problem]
     lines += problems[:_MOST_PROBLEMS]
     if finder.problem:
-        lines.append(finder.problem.sentence(current_language()))
+        lines.append(sentence_of(finder.problem))
     cells = (_cells(row, programs.get(row.crc32 or "", "")) for row in rows)
     return make_table(_COLUMNS, cells, caption="\n".join(lines))
 
@@ -252,7 +252,7 @@ def _cells(row: CarStatus, program: str) -> list[Text]:
     if row.number is not None:
         number = str(row.number)
     if row.role in ("leader", "follower"):
-        role = Phrase(f"role-{row.role}").sentence(current_language())
+        role = sentence_of(Phrase(f"role-{row.role}"))
     if row.crc32 is not None:
         image = translated("cars-program", words=row.words or 0, crc32=row.crc32)
     if row.battery_mv is not None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
 
-from motorcade.cli.output import current_language, print_diagnostics, print_note
+from motorcade.cli.output import print_diagnostics, print_note, sentence_of
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.outcomes import PROGRAM_ERROR
 from motorcade.sockets import DRIVE_PORT, host_and_port
@@ -134,7 +134,7 @@ def pins_at(path: Path) -> "PinMap":
 
     pins = load_pins(path)
     for warning in pins.warnings:
-        print_note(f"{path.name}: {warning.sentence(current_language())}")
+        print_note(f"{path.name}: {sentence_of(warning)}")
     return pins
 
 

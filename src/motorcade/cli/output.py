@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import languages, system_language, text
 
 if TYPE_CHECKING:
@@ -64,6 +64,11 @@ def in_language(language: str) -> Iterator[None]:
 def translated(key: str, **details: Any) -> str:
     """Return a text of the command line in the current language."""
     return text("command_line", key, details, current_language())
+
+
+def sentence_of(said: "MotorcadeError | Phrase | Diagnostic") -> str:
+    """Return what an error, a phrase or a diagnostic says, in the user's language."""
+    return said.sentence(current_language())
 
 
 def is_shown_on_terminal() -> bool:
@@ -185,7 +190,7 @@ def print_note(sentence: str) -> None:
 def print_problem(problem: MotorcadeError | None) -> None:
     """Print on standard error what a command goes on without, such as a log; nothing where there is no problem."""
     if problem:
-        print_note(problem.sentence(current_language()))
+        print_note(sentence_of(problem))
 
 
 def print_diagnostics(diagnostics: "Iterable[Diagnostic]", console: "Console | None" = None) -> None:
@@ -199,7 +204,7 @@ def print_diagnostics(diagnostics: "Iterable[Diagnostic]", console: "Console | N
         if place := diagnostic.place(current_language()):
             line.append(f"{place}: ")
         line.append(translated(diagnostic.severity), style=_STYLES[diagnostic.severity])
-        line.append(f" {diagnostic.code}: {diagnostic.sentence(current_language())}")
+        line.append(f" {diagnostic.code}: {sentence_of(diagnostic)}")
         console.print(_as_text(line), soft_wrap=True)
 
 

@@ -16,14 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from motorcade.cli import options
-from motorcade.cli.output import (
-    current_language,
-    print_lines,
-    print_problem,
-    print_result,
-    quoted,
-    translated,
-)
+from motorcade.cli.output import print_lines, print_problem, print_result, quoted, sentence_of, translated
 from motorcade.errors import MotorcadeError
 from motorcade.extras import needs_extra
 from motorcade.sockets import is_loopback
@@ -351,10 +344,10 @@ def _class(
             if name:
                 lines.append(translated("class-has-name", url=name))
             elif settings.network.why_no_name:
-                lines.append(settings.network.why_no_name.sentence(current_language()))
+                lines.append(sentence_of(settings.network.why_no_name))
             lines.append(translated(teacher_line, url=teacher))
             if files.problem:
-                lines.append(files.problem.sentence(current_language()))
+                lines.append(sentence_of(files.problem))
             if reaches_others and not https:
                 lines.append(translated("class-insecure"))
             print_result(found, "\n".join(lines), as_json)

@@ -14,13 +14,13 @@ import typer
 
 from motorcade.cli import options
 from motorcade.cli.output import (
-    current_language,
     print_json,
     print_lines,
     print_note,
     print_problem,
     print_result,
     print_table,
+    sentence_of,
     translated,
 )
 from motorcade.errors import InputError, MotorcadeError, Phrase
@@ -145,7 +145,7 @@ def _text_lines(recording: "Recording") -> Iterator[str]:
             else:
                 detail = event["other"]
             sentence = translated(f"car-{kind}", does=does, detail=detail)
-            car = Phrase("car-number", number=event["car"]).sentence(current_language())
+            car = sentence_of(Phrase("car-number", number=event["car"]))
             yield f"{event['t_ms'] / 1000:9.3f} s  {car}: {sentence}"
 
 
@@ -213,7 +213,7 @@ def _verify(
         print_result({"runs": runs, "equal": True}, translated("capsule-is-equal", runs=runs), as_json)
         return
     details = difference._asdict()
-    result = {"runs": runs, "equal": False, **details, "point": difference.point.sentence(current_language())}
+    result = {"runs": runs, "equal": False, **details, "point": sentence_of(difference.point)}
     print_result(result, translated("capsule-differs", runs=runs, **details), as_json)
     raise typer.Exit(PROGRAM_ERROR)
 

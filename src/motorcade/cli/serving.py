@@ -12,7 +12,7 @@ from contextlib import AbstractAsyncContextManager, AsyncExitStack, contextmanag
 from typing import TYPE_CHECKING, Any
 
 from motorcade.cli.ending import Ending
-from motorcade.cli.output import current_language, plain, print_problem, print_result, translated
+from motorcade.cli.output import plain, print_problem, print_result, sentence_of, translated
 from motorcade.drive.channels import Clients
 from motorcade.drive.keys import RevokedKeys
 from motorcade.drive.server import serving, watched
@@ -99,7 +99,7 @@ def _logging(telemetry: "Callable[[], Telemetry]", notes: deque[Note]) -> Iterat
             is_over = over.wait(_PERIOD_S)
             while notes:
                 note = notes.popleft()
-                _log(note if isinstance(note, str) else note.sentence(current_language()))
+                _log(note if isinstance(note, str) else sentence_of(note))
             now = telemetry()
             if _visible(now) != last:
                 _log(_line(now))

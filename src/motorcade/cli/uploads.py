@@ -12,12 +12,12 @@ import typer
 from motorcade import __version__
 from motorcade.cli import options
 from motorcade.cli.output import (
-    current_language,
     is_shown_on_terminal,
     plain,
     print_lines,
     print_note,
     print_result,
+    sentence_of,
     translated,
 )
 from motorcade.errors import MotorcadeError, Phrase
@@ -339,4 +339,4 @@ def _chosen(ports: list[tuple[str, str]]) -> str:
 def _print_retry(retry: Phrase) -> None:
     # Like the progress bar, only for a user at a terminal.
     if sys.stderr.isatty():
-        print(plain(retry.sentence(current_language())), file=sys.stderr)
+        print(plain(sentence_of(retry)), file=sys.stderr)

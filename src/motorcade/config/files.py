@@ -189,7 +189,8 @@ def is_deeper(document: Any, deepest: int) -> bool:
     """Whether ``document`` nests more than ``deepest`` tables or lists."""
     level = [document]
     for _ in range(deepest):
-        parents, level = level, []
+        parents = level
+        level = []
         for parent in parents:
             if isinstance(parent, dict):
                 level += parent.values()

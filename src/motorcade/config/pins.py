@@ -232,7 +232,8 @@ def _pin_number(given: int | str, chip: Chip) -> int | str:
 def _check_pins(wires: Sequence[Wire], chip: Chip, file: str) -> None:
     wire_at: dict[int, str] = {}
     for wire in wires:
-        name, pin = f"{wire.device.key}.{wire.role.key}", wire.pin
+        name = f"{wire.device.key}.{wire.role.key}"
+        pin = wire.pin
         value = shown(pin)
         if pin in chip.analog_only:
             value = chip.label(pin)
@@ -315,7 +316,8 @@ def _pattern(word: dict[str, Any], place: str, file: str) -> bytes:
     key = "bytes"
     read: Callable[[str], bytes] = bytes.fromhex
     if "text" in word:
-        key, read = "text", str.encode
+        key = "text"
+        read = str.encode
     try:
         pattern = read(word[key])
     except ValueError:

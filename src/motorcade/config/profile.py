@@ -207,7 +207,8 @@ def profile_from_dict(document: Any, name: str) -> Profile:
 
 
 def _check_times(profile: Profile, file: Phrase) -> None:
-    infrared, drive = profile.infrared, profile.drive
+    infrared = profile.infrared
+    drive = profile.drive
     longest_ms = air_us(0xFFFFFFFF, infrared.unit_us) / 1000 + infrared.gap_ms
     if infrared.relay_period_ms <= longest_ms:
         times = {"period_ms": infrared.relay_period_ms, "longest_ms": f"{longest_ms:g}"}

@@ -166,7 +166,8 @@ def _copy(
     for path in stale:
         prompt.remove(path)
     wanted = {**{path: data for path, data in differing.items() if path != MAIN}, MAIN: files[MAIN]}
-    total, done = sum(map(len, wanted.values())), 0
+    total = sum(map(len, wanted.values()))
+    done = 0
     for path, data in wanted.items():
         prompt.write(f"/{path}", data, lambda written, before=done: progress(before + written, total))  # type: ignore[misc]
         if prompt.checksum(f"/{path}") != sha256(data).digest():
@@ -185,7 +186,8 @@ def compiled(files: dict[str, bytes], folder: str) -> dict[str, bytes]:
     compiler = _compiler()
     found: dict[str, bytes] = {}
     with TemporaryDirectory() as name:
-        source, output = Path(name) / "source.py", Path(name) / "output.mpy"
+        source = Path(name) / "source.py"
+        output = Path(name) / "output.mpy"
         for path, data in files.items():
             if not path.startswith(f"{folder}/") or not path.endswith(".py"):
                 found[path] = data

@@ -102,7 +102,8 @@ class Link(asyncio.BufferedProtocol):
         end_s = monotonic() + _LONGEST_NOISE_S
         self.heard = True
         while self.heard and not self.is_strange:
-            self.heard, self.is_strange = False, monotonic() > end_s
+            self.heard = False
+            self.is_strange = monotonic() > end_s
             await self._more(_SILENCE_S)
         self._strange_lines = 0
 

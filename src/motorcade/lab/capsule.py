@@ -207,7 +207,8 @@ def _digests(table: bytes, runs: int) -> Any:
 
 def _plan(archive: zipfile.ZipFile, name: str, about: "_About") -> Plan:
     """Make the plan of a capsule. Raises MotorcadeError: a format has changed."""
-    programs, there = [], set(archive.namelist())
+    programs = []
+    there = set(archive.namelist())
     # A sweep that names no mats may have had that of its only program.
     sweep = parse_sweep(decoded(archive.read(_SPEC)), f"{name}/{_SPEC}", lambda program: "mats/0.json" in there)
     for number in range(len(sweep.programs)):

@@ -85,7 +85,8 @@ class ParallelCars(ParallelEnv[str, Singles, Numbers]):
         self._window = Window()
         self.possible_agents = [f"car_{car}" for car in stepped.agents]
         self.agents: list[str] = []
-        self.columns, self.choices = tuple(stepped.columns), stepped.choices
+        self.columns = tuple(stepped.columns)
+        self.choices = stepped.choices
         spaces = {agent: _spaces(stepped) for agent in self.possible_agents}
         self.observation_spaces = {agent: pair[0] for agent, pair in spaces.items()}
         self.action_spaces = {agent: pair[1] for agent, pair in spaces.items()}
@@ -136,10 +137,13 @@ class ParallelCars(ParallelEnv[str, Singles, Numbers]):
         chosen = [np.reshape(actions.get(agent, nothing), -1) for agent in self.possible_agents]
         acts = np.array([[agent in actions for agent in self.possible_agents]])
         rewards = self._stepped.step([chosen], acts)[0].tolist()
-        agents, is_over = self.agents, self._stepped.is_over
-        observed, self.agents = self._observed(), [] if is_over else agents
+        agents = self.agents
+        is_over = self._stepped.is_over
+        observed = self._observed()
+        self.agents = [] if is_over else agents
         self._show()
-        ended, over = dict.fromkeys(agents, False), dict.fromkeys(agents, is_over)
+        ended = dict.fromkeys(agents, False)
+        over = dict.fromkeys(agents, is_over)
         return observed, dict(zip(agents, rewards, strict=True)), ended, over, {agent: {} for agent in agents}
 
     def render(self) -> NDArray[np.uint8] | None:
@@ -183,9 +187,11 @@ class VectorCars(VectorEnv[Singles, Numbers, Numbers]):
         self.render_mode = render_mode
         self._stepped = stepped
         self._view = WorldView(stepped)
-        self.worlds, self.agents = stepped.world.worlds, len(stepped.agents)
+        self.worlds = stepped.world.worlds
+        self.agents = len(stepped.agents)
         self.num_envs = self.worlds * self.agents
-        self.columns, self.choices = tuple(stepped.columns), stepped.choices
+        self.columns = tuple(stepped.columns)
+        self.choices = stepped.choices
         self.single_observation_space, self.single_action_space = _spaces(stepped)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
@@ -215,7 +221,8 @@ class VectorCars(VectorEnv[Singles, Numbers, Numbers]):
             self._stepped.reset(None)
         else:
             rewards = self._stepped.step(self._by_world(actions)).reshape(-1)
-        ended, over = np.zeros(self.num_envs, bool), np.full(self.num_envs, self._stepped.is_over)
+        ended = np.zeros(self.num_envs, bool)
+        over = np.full(self.num_envs, self._stepped.is_over)
         return self._observed(), rewards, ended, over, {}
 
     def render(self) -> tuple[NDArray[np.uint8], ...]:

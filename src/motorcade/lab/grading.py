@@ -56,7 +56,8 @@ def grade_runs(
     moments = partial(_plain_moments, world) if is_plain else None
     runs = ManyRuns(world, [attempts[program] for program in programs], moments)
     visits = _Visits(mission.mat, world.worlds)
-    end_ms, step_ms = mission.duration_ms, EVERY_MS if runs.sees_all else _VISIT_MS
+    end_ms = mission.duration_ms
+    step_ms = EVERY_MS if runs.sees_all else _VISIT_MS
     while True:
         is_last = world.now_ms >= end_ms
         if world.now_ms % _VISIT_MS < step_ms:

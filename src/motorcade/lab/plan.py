@@ -187,7 +187,8 @@ class Plan:
 
     def _divide(self, progress: Callable[[int], None]) -> tuple[list[int], int]:
         """The first run of each task, and the end of the last one, after a check of every point; all runs' cars."""
-        steps, cars = np.empty(self.sweep.cells, dtype=np.int64), 0
+        steps = np.empty(self.sweep.cells, dtype=np.int64)
+        cars = 0
         checked: set[tuple[object, ...]] = set()
         for cell in range(len(steps)):
             steps[cell], some = self._steps(cell, checked)
@@ -234,9 +235,11 @@ class Plan:
     def _size(self, mat: int, values: Mapping[str, Value]) -> tuple[int, int]:
         """The number of cars, and the tick in ms."""
         found = self.mats[mat]
-        cars, tick_ms = 1 + _followers(values), 1
+        cars = 1 + _followers(values)
+        tick_ms = 1
         if found is not None:
-            cars, tick_ms = len(found.starts), found.tick_ms
+            cars = len(found.starts)
+            tick_ms = found.tick_ms
         return cars, int(values.get("tick_ms") or tick_ms)
 
     def tick_ms(self, cell: int) -> int:

@@ -227,7 +227,8 @@ def on_this_computer(jobs: int, work: Work = run_task) -> Workers:
         processes = jobs or os.cpu_count() or 1
         ends = context.Event()
         pool = ProcessPoolExecutor(processes, context, _begin_worker, (ends,))
-        left, sent = iter(tasks), dict[Future[bytes], int]()
+        left = iter(tasks)
+        sent = dict[Future[bytes], int]()
         try:
             while True:
                 with _ctrl_c_postponed():
@@ -305,7 +306,8 @@ def on_a_cluster(address: str, work: Work = run_task) -> Workers:
 
     def run(plan: Tasks, tasks: Iterable[int | None]) -> Results:
         with _connected(address) as client:
-            left, sent = iter(tasks), dict[Future[bytes], int]()
+            left = iter(tasks)
+            sent = dict[Future[bytes], int]()
             while True:
                 slots = _slots(client, address)
                 for index in _next(left, max(_TASKS_PER_SLOT * slots - len(sent), 0)):

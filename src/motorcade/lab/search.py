@@ -278,10 +278,14 @@ class Search:
         # Else a run changes nothing.
         if not any(GOALS[goal.kind].decided_by == "run" for goal in mission.goals):
             raise InputError("mission-not-gradable", mission=mission.name)
-        self.mission, self.method, self.runs = mission, method, runs
+        self.mission = mission
+        self.method = method
+        self.runs = runs
         self.best = BestPrograms(seed)
         self.done = 0
-        self._seed, self._ahead, self._start = seed, ahead, deque(start)
+        self._seed = seed
+        self._ahead = ahead
+        self._start = deque(start)
         document = json.dumps([mission.document, [program.as_dict() for program in start]], sort_keys=True)
         self.contents = {
             "mission": f"{mission.id} {hashlib.sha256(document.encode()).hexdigest()[:16]}",

@@ -40,11 +40,13 @@ class WorldView:
         world = self._stepped.world
         moments = [world.snapshot(number).in_single_precision() for number in range(world.worlds)]
         about = Description.of(world, self._stepped.step_ms)
-        drawn, box = self._drawn, bounding_box(about, moments)
+        drawn = self._drawn
+        box = bounding_box(about, moments)
         is_outside = box[0] < self._box[0] or box[1] < self._box[1] or box[2] > self._box[2] or box[3] > self._box[3]
         if drawn is None or is_outside or world.images != self._images:
             is_whole = drawn is None and about.mat.size_m is not None
-            self._box, self._images = box if is_whole else _wider(box), world.images
+            self._box = box if is_whole else _wider(box)
+            self._images = world.images
             drawn = self._drawn = MomentPictures(about, self._box, drawn.size if drawn else None)
         return [drawn.draw(moment) for moment in moments]
 
@@ -89,7 +91,8 @@ class Window:
         if figure.canvas.required_interactive_framework is None:
             pyplot.close(figure)
             raise MotorcadeError("no-window", reason=pyplot.get_backend())
-        self._figure, self._picture = figure, figure.figimage(picture)
+        self._figure = figure
+        self._picture = figure.figimage(picture)
         if figure.canvas.manager is not None:
             figure.canvas.manager.set_window_title("Motorcade")
         figure.show()

@@ -371,7 +371,8 @@ def _points(values: dict[str, Any], file: str) -> Grid | Sample:
     if "grid" in values:
         raise InputError("grid-and-sample", file=file)
     sample = values["sample"]
-    count, seed = sample.pop("count"), sample.pop("seed")
+    count = sample.pop("count")
+    seed = sample.pop("seed")
     if not sample:
         raise InputError("sample-without-parameter", file=file)
     return Sample({name: _limits(name, sample[name], file) for name in sample}, count, seed)

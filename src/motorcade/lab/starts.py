@@ -41,7 +41,8 @@ def random_starts(mat: Mat, profile: Profile, seed: int) -> Starts:
     Raises MotorcadeError: there is no room for all of them.
     """
     starts = mat.starts
-    low, size = (0.0, 0.0), mat.size_m
+    low = (0.0, 0.0)
+    size = mat.size_m
     if size is None:
         low = min(starts.x_m) - _AROUND_M, min(starts.y_m) - _AROUND_M
         size = max(starts.x_m) + _AROUND_M - low[0], max(starts.y_m) + _AROUND_M - low[1]

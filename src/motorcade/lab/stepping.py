@@ -149,7 +149,8 @@ class SteppedWorlds:
     """
 
     def __init__(self, task: EnvironmentSource, worlds: int, options: Options) -> None:
-        program, step_ms = options.program, options.step_ms
+        program = options.program
+        step_ms = options.step_ms
         task = built_in_mission(task) if isinstance(task, str) else task
         if not isinstance(task, Mission | Mat):
             raise not_allowed("task", task, Phrase("mission-or-mat"))
@@ -195,7 +196,9 @@ class SteppedWorlds:
         self.is_by_fields = actions != "wheels"
         if actions == "wheels":
             words = [CONTROL.encode(**_OTHERS, motor_direction=way, motor_speed=speed) for way, speed in _WHEELS]
-            self.choices, self._shifts, self._base = [len(words)], None, np.array(words, np.uint32)
+            self.choices = [len(words)]
+            self._shifts = None
+            self._base = np.array(words, np.uint32)
             return
         names = list(FIELDS)
         if actions != "words":
@@ -236,7 +239,9 @@ class SteppedWorlds:
             world.place_cars([random_starts(world.mat, world.profile, seed) for seed in world.seeds])
         elif "places" in chosen:
             world.place_cars([starts_of(chosen["places"], world.mat)] * world.worlds)
-        self.world, self._next_seed, self.has_begun = world, (first + world.worlds) % (MOST_SEED + 1), True
+        self.world = world
+        self._next_seed = (first + world.worlds) % (MOST_SEED + 1)
+        self.has_begun = True
         # The word that each car had at the beginning of the step, and when it began that word.
         self._given = np.zeros((world.worlds, world.cars), np.uint32)
         self._begun_ms = np.zeros((world.worlds, world.cars), np.int64)
@@ -278,7 +283,8 @@ class SteppedWorlds:
         """
         if self.is_over or not self.has_begun:
             raise MotorcadeError("episode-has-not-begun")
-        world, before = self.world, self._readings
+        world = self.world
+        before = self._readings
         words = self._words_of(actions)
         given = np.full((world.worlds, world.cars), agents.KEEP, np.uint32)
         given[:, self.agents] = words if acts is None else np.where(acts, words, agents.KEEP)
@@ -294,7 +300,8 @@ class SteppedWorlds:
 
     def _run_watched(self, end_ms: int) -> None:
         """Run to ``end_ms``, and show the goals' watches their moments: each EVERY_MS, and the episode's end."""
-        world, length_ms = self.world, self._length_ms
+        world = self.world
+        length_ms = self._length_ms
         while world.now_ms < end_ms:
             before_ms = world.now_ms
             run_to_next(world, min(end_ms, length_ms) if before_ms < length_ms else end_ms, EVERY_MS)
@@ -356,7 +363,8 @@ class SteppedWorlds:
         if self._reward is not None:
             found = self._reward(before, self._readings)
         elif self._watches:
-            earlier, self._graded = self._graded, self._grades()
+            earlier = self._graded
+            self._graded = self._grades()
             found = (self._graded - earlier)[:, None]
         return np.broadcast_to(np.asarray(found, float), (self.world.worlds, self.world.cars))[:, self.agents]
 
@@ -367,7 +375,9 @@ class SteppedWorlds:
         obstacle_mm, person, dark, word, started_ms, x_um, y_um, heading = np.moveaxis(rows, 2, 0)
         words = word.astype(np.uint32)
         heard = ((words != self._given) | (started_ms != self._begun_ms)) & ~np.asarray(world.mat.starts.leads)
-        self._given, self._begun_ms = words, started_ms
-        obstacle_m, radians = np.minimum(obstacle_mm / 1000, self._range_m), heading * (math.tau / FULL_TURN)
+        self._given = words
+        self._begun_ms = started_ms
+        obstacle_m = np.minimum(obstacle_mm / 1000, self._range_m)
+        radians = heading * (math.tau / FULL_TURN)
         sensed = obstacle_m, person > 0, dark & 1 > 0, dark & 2 > 0, heard
         return Readings(world.now_ms, *sensed, words, x_um / 1e6, y_um / 1e6, radians)

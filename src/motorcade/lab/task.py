@@ -60,7 +60,8 @@ def run_task(task: Task) -> bytes:
     if task.code != code_hash():
         raise MotorcadeError("worker-has-other-code")
     schema = table_schema(task.parameters, task.checkpoints > 0)
-    tables, first_run = [], task.first_run
+    tables = []
+    first_run = task.first_run
     for batch in task.batches:
         columns = {"run": range(first_run, first_run + len(batch.seeds)), **_rows(batch, task)}
         # What is undefined, and thus NaN, becomes null.
@@ -141,12 +142,14 @@ def _measures(world: "World", image: bytes, duration_ms: int) -> dict[str, NDArr
 
 def _ends(world: "World", word: int | None) -> dict[str, Numbers]:
     """The measures of the last moment; an informed follower holds ``word``."""
-    starts, ends = world.mat.starts, [world.snapshot(index) for index in range(world.worlds)]
+    starts = world.mat.starts
+    ends = [world.snapshot(index) for index in range(world.worlds)]
     x_m, y_m, heading, words = (
         np.stack([getattr(end, name) for end in ends]) for name in ("x_m", "y_m", "heading", "word")
     )
     leads = np.asarray(starts.leads)
-    follows, undefined = ~leads, np.full(world.worlds, np.nan)
+    follows = ~leads
+    undefined = np.full(world.worlds, np.nan)
     distance_m = _to_nearest(x_m[:, follows], y_m[:, follows], x_m[:, leads], y_m[:, leads])
     informed = words[:, follows] == word
     spread_m = np.sqrt(np.var(x_m, axis=1) + np.var(y_m, axis=1))
@@ -180,10 +183,13 @@ def last_word(image: bytes, profile: Profile, duration_ms: int, tick_ms: int) ->
 
     None where it has completed none. The brain itself computes the frames.
     """
-    words, levels, memory = bytes_to_words(image), levels_of(profile), [0] * brain.SIZE
+    words = bytes_to_words(image)
+    levels = levels_of(profile)
+    memory = [0] * brain.SIZE
     brain.switch_on(memory, 0, 0)
     frames.leader_begin(memory, words, 0)
-    now_ms, last = 0, None
+    now_ms = 0
+    last = None
     while now_ms < duration_ms:
         if frames.leader_sends(memory, words, 0, now_ms, levels):
             frame = frames.leader_frame(memory, words)

@@ -88,7 +88,8 @@ class CarsGoal(AskedGoal):
     def state(self, is_over: bool) -> GoalState:
         is_over = is_over or self.has_ended
         off = self.off
-        done, count = off.count(0.0), len(off)
+        done = off.count(0.0)
+        count = len(off)
         if done >= self.needed:
             return self._met(is_over, done, count)
         # The first of those that are farthest off.
@@ -198,9 +199,11 @@ class Travelled(AskedGoal):
         """Of cars that drove too far or not far enough the one that is farthest off."""
         places = range(len(driven))
         if self.lost_ms is None:
-            place, t_ms = min(places, key=lambda place: (driven[place], place)), self.last_ms
+            place = min(places, key=lambda place: (driven[place], place))
+            t_ms = self.last_ms
         else:
-            place, t_ms = max(places, key=lambda place: (driven[place], -place)), self.lost_ms
+            place = max(places, key=lambda place: (driven[place], -place))
+            t_ms = self.lost_ms
         car = self.cars[place]
         name = Phrase("the-car") if len(driven) == 1 else car_phrase(car)
         allowed = Phrase("number-range", minimum=self._least, maximum=self._most)
@@ -297,7 +300,8 @@ class Together(GoalKind):
         self._metres: float = self.values["metres"]
         self._at = self.values["at"]
         # How far apart which two cars are, and when: now, or where they were nearest for a goal of some moment.
-        self._apart, self._apart_ms = (math.inf, self.cars[0], self.cars[0]), 0
+        self._apart = (math.inf, self.cars[0], self.cars[0])
+        self._apart_ms = 0
 
     def see(self, moment: Moment, begun: Sequence[Event]) -> None:
         super().see(moment, begun)
@@ -305,7 +309,8 @@ class Together(GoalKind):
             return
         apart = self._farthest(moment)
         if self._at != "some-moment" or apart[0] <= self._apart[0]:
-            self._apart, self._apart_ms = apart, moment.t_ms
+            self._apart = apart
+            self._apart_ms = moment.t_ms
         is_met = apart[0] <= self._metres
         self.note(is_met)
         if self._at == "always" and not is_met:

@@ -137,7 +137,8 @@ def _tried(mission: Mission, goal: Goal, image: bytes, open_worlds: OpenWorlds) 
     while not odds.is_over:
         trials += odds.advance()
     failed = [trial.seed for trial in trials if not works(mission, trial)]
-    done, count = len(trials) - len(failed), len(trials)
+    done = len(trials) - len(failed)
+    count = len(trials)
     why = Phrase("goal-works-count", done=done, count=count)
     seed = [*failed, mission.seeds[0]][0]
     met = done >= needed_of(goal.values["share"], count)

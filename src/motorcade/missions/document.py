@@ -86,7 +86,9 @@ class _Reading:
     """Converts one document."""
 
     def __init__(self, name: str, text: str | None, reader: Reader | None) -> None:
-        self._name, self._text, self._reader = name, text, reader
+        self._name = name
+        self._text = text
+        self._reader = reader
         self._file = _called(name)
         # The page's editor has no file.
         self._is_draft = name == OWN and text is None
@@ -194,7 +196,8 @@ class _Reading:
         """The numbers of the cars that ``who`` names."""
         if who is None:
             return ()
-        leaders, cars = set(mat.starts.leaders), range(len(mat.starts))
+        leaders = set(mat.starts.leaders)
+        cars = range(len(mat.starts))
         if isinstance(who, list):
             for number in who:
                 if number not in cars:
@@ -220,7 +223,8 @@ class _Reading:
     def _check_size(self, checked: dict[str, Any]) -> None:
         """Before the cars are placed: a crowd is one line, yet it may have millions of cars."""
         cars = len(checked["mat"]["car"]) + sum(crowd["cars"] for crowd in checked["mat"]["crowd"])
-        seconds, seeds = checked["seconds"], len(checked["seeds"])
+        seconds = checked["seconds"]
+        seeds = len(checked["seeds"])
         others = [GOALS[goal["kind"]].other_runs(goal) for goal in checked["goal"]]
         for count, most in ((seeds, MOST_CAR_SECONDS), (max(others), _MOST_JUDGED_CAR_SECONDS)):
             if cars * seconds * count > most:

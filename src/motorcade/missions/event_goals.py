@@ -183,7 +183,8 @@ class NoTouch(GoalKind):
                     break
                 apart = math.hypot(other_x - x, other_y - y)
                 if apart < best:
-                    best, found = apart, (min(car, other), max(car, other))
+                    best = apart
+                    found = (min(car, other), max(car, other))
         return found
 
     def _clearance_m(self, x: float, y: float) -> float:
@@ -389,7 +390,8 @@ class SecondsAtMost(ProgramGoal):
     fields: ClassVar = {"seconds": seconds("how long one round of the program lasts at most")}
 
     def value(self) -> float:
-        image, profile = self.run.attempt.image, self.mission.profile
+        image = self.run.attempt.image
+        profile = self.mission.profile
         leader_ms = sum(length_ms(word, profile) for word in image.leader)
         followers_ms = len(image.followers) * _slots_of(self.run.attempt).dwell_ms
         return max(leader_ms, followers_ms) / 1000

@@ -185,7 +185,8 @@ class Attempt(MadeOnce):
         sides: Corners = ()
         disc: Disc = (0.0, 0.0, 0.0)
         if question.zone is not None:
-            sides, disc = question.zone.corners, question.zone.disc
+            sides = question.zone.corners
+            disc = question.zone.disc
         needed = needed_of(goal.values["share"], len(goal.cars))
         cars_of_it = needed, len(who), len(goal.cars)
         area = len(corners), len(sides)
@@ -291,7 +292,8 @@ class GoalKind(ABC):
     @classmethod
     def who(cls, goal: Goal) -> Phrase:
         """Name the cars of a goal, or how many of them must meet it."""
-        group, count = goal.values["who"], len(goal.cars)
+        group = goal.values["who"]
+        count = len(goal.cars)
         if isinstance(group, list):
             key = "goal-who-cars" if count > 1 else "goal-who-one-car"
             name = Phrase(key, cars=", ".join(map(str, group)))

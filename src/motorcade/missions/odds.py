@@ -58,7 +58,8 @@ class Odds:
     """
 
     def __init__(self, mission: Mission, image: bytes, seeds: Sequence[int], open_worlds: OpenWorlds) -> None:
-        self._mission, self._left = mission, list(seeds)
+        self._mission = mission
+        self._left = list(seeds)
         cars = len(mission.mat.starts)
         runs = max(1, min(_RUNS, len(seeds), _MOST_CARS // cars))
         attempt = attempt_of(mission, image)
@@ -95,7 +96,8 @@ class Odds:
     def _end(self) -> list[Trial]:
         """Return how the runs ended, and begin the next ones."""
         watches = self._runs.end()
-        ended, self._left = self._left[: len(watches)], self._left[len(watches) :]
+        ended = self._left[: len(watches)]
+        self._left = self._left[len(watches) :]
         trials = [Trial(seed, self._met(watch)) for seed, watch in zip(ended, watches, strict=False)]
         if self._left:
             self._world.reset(self._next_seeds(len(watches)))

@@ -26,7 +26,8 @@ class AllBy(GoalKind):
     sees_all = False
 
     def prepare(self) -> None:
-        self._number, self._seconds = self.values["goal"], self.values["seconds"]
+        self._number = self.values["goal"]
+        self._seconds = self.values["seconds"]
         self._by_ms = round(self._seconds * 1000)
         # How the other goal stood last, at the time, and when it was lost again after it was met in time.
         self._before: GoalState | None = None
@@ -50,7 +51,8 @@ class AllBy(GoalKind):
         """Look at the other goal, which has seen this moment."""
         super().see(moment, begun)
         t_ms = moment.t_ms
-        before, now = self._before, self._other.state(False)
+        before = self._before
+        now = self._other.state(False)
         if before and before.progress == "holds" and now.progress == "open" and self._in_time(before):
             self._gone = now._replace(t_ms=t_ms)
         if t_ms <= self._by_ms:

@@ -101,7 +101,8 @@ def checked_file(mission: Mission, folder: Path, path: Path) -> Checked:
 
 def _picture(mission: Mission, points: Sequence[Sequence[tuple[float, float]]]) -> str:
     """Return an SVG of a run; ``points`` are the places of all cars at each moment."""
-    mat, shown = mission.mat, points[:: -(-len(points) // _MOST_POINTS)]
+    mat = mission.mat
+    shown = points[:: -(-len(points) // _MOST_POINTS)]
     boxes = [(x, y, x, y) for moment in shown for x, y in moment] + [zone.box() for zone in mission.zones]
     left, bottom = min(box[0] for box in boxes) - _MARGIN_M, min(box[1] for box in boxes) - _MARGIN_M
     right, top = max(box[2] for box in boxes) + _MARGIN_M, max(box[3] for box in boxes) + _MARGIN_M

@@ -129,7 +129,8 @@ def _covered(x_m: Sequence[float], y_m: Sequence[float], arena: Zone, dark: Sequ
 def _networked(x_m: Sequence[float], y_m: Sequence[float], arena: Zone, apart_m: float, radius_m: float) -> float:
     """How many m² of the arena the largest group of cars covers: nearer than ``apart_m`` to one of it each."""
     cars = list(zip(x_m, y_m, strict=True))
-    left, groups = set(range(len(cars))), list[list[int]]()
+    left = set(range(len(cars)))
+    groups = list[list[int]]()
     while left:
         group = [min(left)]
         left.discard(group[0])
@@ -211,7 +212,8 @@ class Covered(ScoreGoal):
     sees_all = False
 
     def score(self) -> Score:
-        mat, nowhere = self.mission.mat, Wording({})
+        mat = self.mission.mat
+        nowhere = Wording({})
         dark = [Zone("", nowhere, disc=spot) for spot in mat.spots]
         dark += [Zone("", nowhere, patch) for patch in mat.patches]
         return _AtEnd(partial(_covered, arena=self.zone, dark=dark))
@@ -230,7 +232,8 @@ class Networked(ScoreGoal):
     sees_all = False
 
     def score(self) -> Score:
-        apart_m, radius_m = self.values["apart_m"], self.values["radius_m"]
+        apart_m = self.values["apart_m"]
+        radius_m = self.values["radius_m"]
         return _AtEnd(partial(_networked, arena=self.zone, apart_m=apart_m, radius_m=radius_m))
 
 

@@ -114,7 +114,9 @@ class MissionWatch(RunWatch):
         if self.is_over or (times_ms and moment.t_ms <= times_ms[-1]):
             return
         times_ms.append(moment.t_ms)
-        plain, answers, questions = with_lists(moment), self.run.answers, self.run.attempt.questions
+        plain = with_lists(moment)
+        answers = self.run.answers
+        questions = self.run.attempt.questions
         if questions.rows:
             answers.led[:] = plain.led
             answers.shown[:] = [*plain.x_m, *plain.y_m, *plain.heading]
@@ -137,7 +139,8 @@ class ManyRuns:
     def __init__(
         self, world: Simulation, attempts: Sequence[Attempt], moments: Callable[[], list[Moment]] | None = None
     ) -> None:
-        self._world, self._attempts = world, attempts
+        self._world = world
+        self._attempts = attempts
         self._moments = moments or self._snapshots
         memory = world.backend
         rows, figures, corners, who = attempts[0].questions
@@ -153,8 +156,10 @@ class ManyRuns:
         """Follow runs from their beginning, after the worlds were reset."""
         self._times_ms: list[int] = []
         self._watches = [RunWatch(attempt, self._times_ms) for attempt in self._attempts]
-        memory, first = self._world.backend, self._attempts[0].no_answers()
-        runs, cars = len(self._attempts), self._world.cars
+        memory = self._world.backend
+        first = self._attempts[0].no_answers()
+        runs = len(self._attempts)
+        cars = self._world.cars
         self._answers = judging.Answers(
             off=memory.allocate("Answers.off", _table("float64", first.off * runs)),
             before=memory.allocate("Answers.before", _table("float32", first.before * runs)),
@@ -179,7 +184,8 @@ class ManyRuns:
 
     def end(self) -> list[RunWatch]:
         """Return the watches of the runs, which `see` has shown their last moment."""
-        off, since = self._rows_of(self._answers.off, "d"), self._rows_of(self._answers.since, "q")
+        off = self._rows_of(self._answers.off, "d")
+        since = self._rows_of(self._answers.since, "q")
         kinds = self._attempts[0].kinds
         sees_last = any(not kind.sees_all and kind.decided_by == "run" for kind in kinds)
         has_events = any(kind.has_events for kind in kinds)
@@ -220,7 +226,8 @@ def goal_phrase(goal: Goal, mission: Mission) -> Phrase | Wording:
     """What a goal asks for: the author's text, or a description of it."""
     if goal.text is not None:
         return goal.text
-    kind, values = GOALS[goal.kind], goal.values
+    kind = GOALS[goal.kind]
+    values = goal.values
     window = [name for name in ("from_s", "until_s") if name in values]
     details = {name: value for name, value in values.items() if name not in ("who", "zone", "share", "at", *window)}
     if "who" in values:

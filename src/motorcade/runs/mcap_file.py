@@ -138,7 +138,8 @@ def _schema_like(example: Any) -> dict[str, Any]:
 
 def _example() -> dict[str, Any]:
     """A message with one of each thing."""
-    colour, corner = _colour(LEADER), {"x": 0.0, "y": 0.0, "z": 0.0}
+    colour = _colour(LEADER)
+    corner = {"x": 0.0, "y": 0.0, "z": 0.0}
     cube = _wall(0.0, 0.0, 1.0, 0.0, colour)
     entity = {
         "timestamp": {"sec": 0, "nsec": 0},
@@ -189,7 +190,9 @@ class McapSink(Sink):
     """Stream a run into a .part file, which becomes the MCAP file at the end. Raises OSError where that fails."""
 
     def __init__(self, path: Path, about: Description):
-        self._path, self._about, self._colours = path, about, WordColours(about.images)
+        self._path = path
+        self._about = about
+        self._colours = WordColours(about.images)
         self._has_moments = False
         # A player needs times that rise: those of a run go on from the last of the run before.
         self._run = self._begun_ms = self._last_ms = 0
@@ -224,7 +227,8 @@ class McapSink(Sink):
 
     def _set_run(self, run: int) -> None:
         if run != self._run:
-            self._run, self._begun_ms = run, self._last_ms
+            self._run = run
+            self._begun_ms = self._last_ms
 
     def close(self) -> None:
         with self._file:

@@ -52,13 +52,15 @@ def draw_tracks(recording: Recording, path: Path, progress: OnProgress = lambda 
     Raises:
         MotorcadeError: the recording holds no moment, or the picture can't be written.
     """
-    about, last = recording.about, None
+    about = recording.about
+    last = None
     leads = about.is_leader()
     followers = np.flatnonzero(~leads)
     step = max(1, len(followers) // _MOST_TRACKS)
     drawn = np.concatenate([followers[::step], np.flatnonzero(leads)[:_MOST_TRACKS]])
     most = max(50, _MOST_POINTS // max(1, len(drawn)))
-    every, points = recording.last_ms // about.every_ms // most + 1, []
+    every = recording.last_ms // about.every_ms // most + 1
+    points = []
     for number, moment in enumerate(shown_moments(recording)):
         if last and moment.run != last.run:
             # A line ends at such a point.
@@ -84,7 +86,8 @@ def _draw_tracks(
     draw_mat(axes, about)
     axes.update_datalim(tracks.reshape(-1, 2))
     show_box(axes, bounding_box(about, [last]))
-    few, leads = len(drawn) <= _FEW_TRACKS, about.is_leader()
+    few = len(drawn) <= _FEW_TRACKS
+    leads = about.is_leader()
     # A different colour for each follower where there are few; red for leaders.
     cycle = np.array([rgb(colour) for colour in (FOLLOWERS if few else FOLLOWERS[:1])], np.float32)
     colours: NDArray[np.float32] = cycle[(np.cumsum(~leads) - 1) % len(cycle)]
@@ -222,7 +225,8 @@ def _gif_of(images: Iterator[Pixels], images_s: float, palette: Pixels) -> bytes
                 raise InputError("gif-too-long", most=MOST_GIF_IMAGES)
             yield Pillow.fromarray(image).quantize(palette=coloured, dither=Pillow.Dither.NONE)
 
-    rest, drawn = reduced(), io.BytesIO()
+    rest = reduced()
+    drawn = io.BytesIO()
     duration_ms = max(20, round(1000 / images_s))
     next(rest).save(drawn, "GIF", save_all=True, append_images=rest, duration=duration_ms, loop=0)
     return drawn.getvalue()

@@ -117,8 +117,13 @@ class Recorder:
         instance_of(Simulation, "world", world)
         to_function("progress", progress)
         every_ms = to_whole("every_ms", every_ms, 1, TICKS_MASK)
-        self._world, self._events, self._progress, self._every_ms = world, events, progress, every_ms
-        self._run, self._due_ms, self._last_ms = world.run_number, world.now_ms, -1
+        self._world = world
+        self._events = events
+        self._progress = progress
+        self._every_ms = every_ms
+        self._run = world.run_number
+        self._due_ms = world.now_ms
+        self._last_ms = -1
         self._sinks = [target for target in targets if isinstance(target, Sink)]
         self._kept = next((target for target in self._sinks if isinstance(target, InMemoryRecording)), None)
         paths = [Path(target) for target in targets if isinstance(target, str | Path)]
@@ -156,7 +161,8 @@ class Recorder:
                 for sink in self._sinks:
                     sink.write_events(world.now_ms, events)
             if world.run_number != self._run:
-                self._run, self._due_ms = world.run_number, 0
+                self._run = world.run_number
+                self._due_ms = 0
             if world.now_ms >= self._due_ms:
                 self._record_moment(world)
 
@@ -184,7 +190,8 @@ class Recorder:
             self._due_ms += self._every_ms
 
     def _close(self) -> None:
-        sinks, self._sinks = self._sinks, []
+        sinks = self._sinks
+        self._sinks = []
         with writing(*self._files), ExitStack() as closing:
             for sink in sinks:
                 closing.callback(sink.close)

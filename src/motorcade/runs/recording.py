@@ -94,7 +94,8 @@ class Description:
         if texts.get("format") != FORMAT:
             raise ValueError(f"the format is not {FORMAT}")
         values = {field.name: json.loads(texts[field.name]) for field in fields(cls)}
-        mat, profile = dict(values["mat"]), dict(values["profile"])
+        mat = dict(values["mat"])
+        profile = dict(values["profile"])
         values["mat"] = mat_of(mat, Phrase("mat-named", name=mat["name"]))
         name = profile.pop("name")
         values["profile"] = profile_from_dict(profile, name)
@@ -229,7 +230,9 @@ def events_as_dicts(events: NDArray[np.void]) -> list[dict[str, Any]]:
 
 def with_tag(event: dict[str, Any]) -> dict[str, Any]:
     """Return an event of `events_as_dicts` for people: a tagged frame as its control word and the key ``tag``."""
-    kind, word, tag = event["kind"], event["word"], 0
+    kind = event["kind"]
+    word = event["word"]
+    tag = 0
     if kind == "start":
         tag = event["other"]
     elif kind in ("frame", "heard") and tag_of(word):

@@ -77,7 +77,8 @@ class SlotCounts(Sink):
     def write_events(self, t_ms: int, events: NDArray[np.void]) -> None:
         """Count the words that began; ``t_ms`` is the time until which the run has come."""
         started = events[events["kind"] == START]
-        at_ms, cars = started["t_ms"].astype(np.int64), started["car"].astype(np.int64)
+        at_ms = started["t_ms"].astype(np.int64)
+        cars = started["car"].astype(np.int64)
         # Few words begin in the same slot: each of them is looked up once.
         alike = np.stack([at_ms // self._slots.dwell_ms, started["word"], started["other"]])
         kinds, kind_of = np.unique(alike, axis=1, return_inverse=True)
@@ -107,7 +108,8 @@ class SlotCounts(Sink):
         counts, lags_ms = self._open[len(self._closed)]
         del self._open[len(self._closed)]
         followers = counts[~self._leads]
-        once, never = int((followers == 1).sum()), int((followers == 0).sum())
+        once = int((followers == 1).sum())
+        never = int((followers == 0).sum())
         begun_ms = lags_ms[~self._leads & (lags_ms < _NEVER_MS)]
         p50_ms: int | None = None
         p95_ms: int | None = None

@@ -32,7 +32,8 @@ class Bodies:
     """The bodies of a server's requests: all that are in memory at a time take some 100 MB at most."""
 
     def __init__(self) -> None:
-        self._small, self._large = asyncio.Semaphore(_SMALL_AT_ONCE), asyncio.Semaphore(1)
+        self._small = asyncio.Semaphore(_SMALL_AT_ONCE)
+        self._large = asyncio.Semaphore(1)
 
     @asynccontextmanager
     async def loaded(self, request: Request) -> AsyncIterator[bytes]:

@@ -391,7 +391,8 @@ def _rings(wished: Point) -> Iterator[Point]:
 
 def _has_room(mat: Mat, others: list[Point], point: Point, radius_m: float) -> bool:
     """Whether a car fits at a point: on the mat, beside all cars and all furniture."""
-    air_m, (x, y) = radius_m + _AIR_M, point
+    air_m = radius_m + _AIR_M
+    (x, y) = point
     if mat.size_m:
         width_m, depth_m = mat.size_m
         if not (air_m <= x <= width_m - air_m and air_m <= y <= depth_m - air_m):

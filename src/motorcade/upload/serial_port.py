@@ -156,7 +156,8 @@ def group_of(device: str) -> str:
 
 
 def _described(port: ListPortInfo) -> PortInfo:
-    description, hardware = _known(port.description), _known(port.hwid)
+    description = _known(port.description)
+    hardware = _known(port.hwid)
     if port.vid is None:
         rank = OTHER
         # A mainboard's port has its own name for a description, or none.

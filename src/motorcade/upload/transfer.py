@@ -144,7 +144,8 @@ class Transfer(ABC):
 
     def step(self, data: bytes, now_ms: int) -> bytes:
         """Take the bytes that came by ``now_ms`` (ticks). Returns the bytes to send now, often none."""
-        self._data, self._now_ms = data, now_ms
+        self._data = data
+        self._now_ms = now_ms
         self._heard = (self._heard + data)[-_HEARD_BYTES:]
         return next(self._steps, b"")
 
@@ -193,7 +194,8 @@ class Transfer(ABC):
 
         The operating system takes it all at once, and a pseudo-terminal reports at once that it has been sent.
         """
-        begin_ms, count = self._now_ms, 0
+        begin_ms = self._now_ms
+        count = 0
         # A network takes all at once.
         ahead_bytes = len(data)
         needed_ms = 0
@@ -311,13 +313,15 @@ class UploadTransfer(Transfer):
         for _ in self._tries(SENDS_AGAIN):
             outcome = yield from self._send_image(EITHER)
             if outcome.kind == VERIFIED:
-                self.holds, self._last = NEW, outcome
+                self.holds = NEW
+                self._last = outcome
                 return
             answer, _ = yield from self._announce()
             if answer.kind != READY:
                 return
             if self._held == crc32(self._image):
-                self.holds, self._last = NEW, Outcome(VERIFIED, answer.detail)
+                self.holds = NEW
+                self._last = Outcome(VERIFIED, answer.detail)
                 return
             self._last = outcome
             self.holds = NEITHER

@@ -156,7 +156,8 @@ def motor_duties(angle_deg: int, direction: int, speed: int) -> tuple[int, int]:
     off_deg = abs(angle_deg - CENTRE_DEG)
     inner = (speed * (CENTRE_DEG - off_deg) + CENTRE_DEG // 2) // CENTRE_DEG
     if direction == 0:
-        speed, inner = -speed, -inner
+        speed = -speed
+        inner = -inner
     if angle_deg < CENTRE_DEG:
         return speed, inner
     return inner, speed
