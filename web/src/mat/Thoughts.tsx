@@ -1,5 +1,5 @@
 import { useEffect, useRef, useState } from "react";
-import { useTranslation } from "react-i18next";
+import { useTexts } from "../i18n";
 import { useStudio } from "../state/studio";
 import { endAll } from "../ui/areas";
 import { toScreen } from "./camera";
@@ -18,7 +18,7 @@ const BEFORE_MS = 1000;
 
 /** Short sentences above the cars that have a reason to think. The caption tells screen readers what happens. */
 export function Thoughts() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const scene = useMat((now) => now.scene);
   const [thoughts, setThoughts] = useState<{ car: number; thought: Thought }[]>([]);
   const host = useRef<HTMLDivElement>(null);
