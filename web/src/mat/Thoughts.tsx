@@ -1,5 +1,5 @@
 import { useEffect, useRef } from "react";
-import { useTranslation } from "react-i18next";
+import { useTexts } from "../i18n";
 import { useStudio } from "../state/studio";
 import { askWhy } from "./actions";
 import { freePlace } from "./bubbles";
@@ -9,7 +9,7 @@ import css from "./mat.module.css";
 
 /** What cars think, above them: the service says it. The caption tells screen readers what happens. */
 export function Thoughts() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const scene = useMat((now) => now.scene);
   const thoughts = useMat((now) => now.thoughts);
   const host = useRef<HTMLDivElement>(null);

@@ -1,6 +1,6 @@
 import { memo } from "react";
 import { Button } from "react-aria-components";
-import { useTranslation } from "react-i18next";
+import { useTexts } from "../i18n";
 import { useSettings } from "../state/settings";
 import { isHeard, showAlone, toggleSound, useStudio, useWords } from "../state/studio";
 import { tellWrongBlock } from "../blocks/fixes";
@@ -19,7 +19,7 @@ const FRACTIONS: Record<string, string> = { 0.25: "¼", 0.5: "½" };
 
 /** Everything that lets the cars drive: play, again, speed, time, and the words to say where a car listens. */
 export const Transport = memo(function Transport() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const words = useWords();
   const playing = useMat(({ state }) => state?.playing ?? false);
   const cars = useMat(({ hello }) => hello?.cars ?? 0);
@@ -58,7 +58,7 @@ export const Transport = memo(function Transport() {
 
 /** The time, which changes far more often than the buttons beside it. */
 function Clock() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const tMs = useMat((now) => now.tMs);
   const past = useMat((now) => now.past);
   return (
@@ -69,7 +69,7 @@ function Clock() {
 }
 
 function SoundButton() {
-  const { t } = useTranslation();
+  const t = useTexts();
   // Both decide whether the stage is heard.
   useSettings((settings) => settings.sound);
   useStudio(({ alone, loudProjector }) => `${alone} ${loudProjector}`);
@@ -78,7 +78,7 @@ function SoundButton() {
 }
 
 function Speed() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const speed = useMat((now) => now.speed);
   return (
     <Choice

@@ -1,9 +1,9 @@
 /** What the parts of the mat share: the state of the world, the view, and how the document is edited. */
 
-import i18next from "i18next";
 import { create } from "zustand";
 import type { CarDetails, Goals, WorldHello, LinkState, Pose, WorldProblem, WorldState } from "../api/world";
 import type { CarThought, Stopped } from "../generated/messages";
+import { say } from "../i18n";
 import { notify } from "../state/dialogs";
 import { record } from "../state/history";
 import { useStudio } from "../state/studio";
@@ -108,7 +108,7 @@ export function chosenPiece({ chosen }: MatState): PieceId | null {
 /** Whether a mission fixes mat, cars and infrared; says so where somebody wants to change them. */
 export function isFixed(): boolean {
   if (!useStudio.getState().mission) return false;
-  notify(i18next.t("missions.matStays"));
+  notify(say("missions.matStays"));
   return true;
 }
 
