@@ -1,9 +1,9 @@
 """What cars think: the short form of the answer to 'Why?', for the few cars that have a reason to say it unasked.
 
 A car has such a reason where it has pushed against something for a while, follows a line and has seen none for a while,
-or stands without a word that runs and has heard nothing lately. Its thought is that of the answer's code (`THOUGHTS`), so that the bubble above a
-car and its card never disagree. The cars that are told of are asked again with each look, all others with a look at
-all; what was told at a time is kept, so that a page which shows the past shows it again.
+or stands without a word that runs and has heard nothing lately. Its thought is that of the answer's code (`THOUGHTS`),
+so that the bubble above a car and its card never disagree. The cars that are told of are asked again with each look,
+all others with a look at all; what was told at a time is kept, so that a page which shows the past shows it again.
 """
 
 from collections import deque

@@ -24,6 +24,8 @@ export const Transport = memo(function Transport() {
   const playing = useMat(({ state }) => state?.playing ?? false);
   const cars = useMat(({ hello }) => hello?.cars ?? 0);
   const empty = cars === 0;
+  const waits = useWaits();
+  const drives = playing ? t("mat.pause") : t("mat.play");
   const alone = useStudio((studio) => studio.alone);
   const listens = words.some((word) => valueOf(word, "voice"));
   return (
@@ -35,7 +37,7 @@ export const Transport = memo(function Transport() {
         onPress={() => (playing ? session.send({ do: "pause" }) : tellWrongBlock() || session.play())}
       >
         <Icon name={playing ? "pause" : "play"} />
-        <span>{playing ? t("mat.pause") : t("mat.play")}</span>
+        <span>{waits ? t(`mat.waits.${waits}`) : drives}</span>
       </Button>
       <ToolButton icon="reset" label={t("mat.reset")} isDisabled={empty} onPress={() => session.reset()} />
       <Speed />
@@ -55,6 +57,18 @@ export const Transport = memo(function Transport() {
     </div>
   );
 });
+
+/** What Play waits for, as long as there are no cars; null where it is for the user to add some. */
+function useWaits(): "python" | "server" | "words" | null {
+  const service = useStudio((studio) => studio.service);
+  const isCompiled = useStudio(({ compiled }) => compiled !== null);
+  const link = useMat((now) => now.link);
+  const cars = useMat(({ hello }) => hello?.cars ?? 0);
+  if (cars) return null;
+  if (service === "starting" || service === "restarting") return "python";
+  if (link !== "open") return "server";
+  return isCompiled ? null : "words";
+}
 
 /** The time, which changes far more often than the buttons beside it. */
 function Clock() {

@@ -8,12 +8,15 @@ import { notify } from "../state/dialogs";
 import { record } from "../state/history";
 import { useStudio } from "../state/studio";
 import { drivesLike, type Mat, type PieceId } from "./document";
+import type { PlayState } from "./play";
 import type { Scene } from "./scene";
 
 export type Chosen = { car: number } | { piece: PieceId } | null;
 
 interface MatState {
   link: LinkState;
+  /** Whether the cars drive. */
+  play: PlayState;
   hello: WorldHello | null;
   state: WorldState | null;
   problem: WorldProblem | null;
@@ -49,6 +52,7 @@ interface MatState {
 
 export const useMat = create<MatState>(() => ({
   link: "connecting",
+  play: "nothing",
   hello: null,
   state: null,
   problem: null,
