@@ -58,7 +58,7 @@ def board(**options):
     command = [node, PORTABLE / "board_at_port.mjs", json.dumps(options)]
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
     with subprocess.Popen(command, text=True, **pipes) as process:
-        late = threading.Timer(DEADLINE_S, process.kill)
+        late = threading.Timer(10 * DEADLINE_S, process.kill)
         late.start()
 
         def look():

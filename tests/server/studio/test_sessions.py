@@ -7,6 +7,7 @@ import json
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
+from functools import partial
 
 import pytest
 from starlette.websockets import WebSocketDisconnect
@@ -15,10 +16,11 @@ from motorcade.errors import MotorcadeError
 from motorcade.server.page_socket import PageSocket
 from motorcade.server.request_filter import ServerSettings
 from motorcade.server.studio import driving, sessions, workers
-from motorcade.server.studio.sessions import SessionLimits
+from motorcade.server.studio.sessions import SessionLimits, do_in_turn
 from motorcade.service.history import FIRST
 from motorcade.service.world_messages import State
 from motorcade.service.world_session import WorldSession
+from support.mock_clock import mock_clock
 from support.waiting import DEADLINE_S
 from support.world_page import KEY, MAT, OTHER, SET, THIRD, page, server, visitor_from
 
@@ -289,3 +291,31 @@ def test_the_events_of_a_run_are_a_table(client) -> None:
     first = {"t_ms": "0", "car": "0", "event": "state", "why": "", "word": rows[0]["word"], "other": "0", "tag": "0"}
     assert rows[0] == first
     assert rows[0]["word"].startswith("0x6")
+
+
+# Worlds that are late
+
+
+@mock_clock
+async def test_where_all_worlds_are_late_requests_come_between_and_pictures_are_equally_many():
+    turns, pictures = asyncio.Lock(), [0] * 50
+
+    def draw(world):
+        pictures[world] += 1
+
+    async def play(world):
+        while True:
+            await do_in_turn(turns, partial(draw, world))
+
+    playing = [asyncio.create_task(play(world)) for world in range(50)]
+    for _ in range(1000):
+        await asyncio.sleep(0)
+    before = sum(pictures)
+    # A request takes some rounds of the loop: its bytes, a thread, its answer.
+    for _ in range(6):
+        await asyncio.sleep(0)
+    assert sum(pictures) - before <= 6
+    assert before >= 400
+    assert max(pictures) - min(pictures) <= 1
+    for task in playing:
+        task.cancel()
