@@ -8,7 +8,8 @@ import pytest
 from motorcade.car.arbiter import APPLIED
 from motorcade.config.profile import built_in_profile
 from motorcade.drive.session import ControlSession
-from motorcade.drive.wire import OUTCOMES, OVER_RATE, SessionError
+from motorcade.drive.stamps import stamp_at
+from motorcade.drive.wire import OUTCOMES, OVER_RATE, STALE, SessionError
 from motorcade.words.field import WordError
 from motorcade.words.formats import DRIVE
 from support.mock_board import MockCar
@@ -94,6 +95,14 @@ def test_wrong_words_are_no_sign_of_life(car: MockCar, session: ControlSession) 
             session.command(0)
         car.control.beat()
     assert car.state == "failsafe"
+
+
+def test_words_that_were_sent_long_ago_are_no_sign_of_life(car: MockCar, session: ControlSession) -> None:
+    session.take_place()
+    car.now_ms = 700
+    # Nobody knows how old it is before the client has answered the car's clock.
+    assert session.command(MOVE | stamp_at(7), 1) == STALE
+    assert session.silent_ms == 700
 
 
 def test_a_hundred_commands_a_second_are_taken_and_who_sends_more_drives_on_and_can_stop(

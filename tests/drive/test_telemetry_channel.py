@@ -76,6 +76,19 @@ def test_a_channel_that_finds_no_connection_gets_an_answer_and_watches() -> None
     assert told["watchers"] == 1
 
 
+def test_a_channel_never_finds_the_connection_of_somebody_else() -> None:
+    car = SocketlessCar()
+    driver, _ = car.commands(5, "192.168.1.9")
+    receive(driver, command(90, 100) * 2)
+    channel, line = car.telemetry()
+    channel.data_received(struct.pack(">I", 25) + b'{"do": "join", "port": 5}')
+    car.tell(11)
+    answers = [frame for frame in line.frames() if frame["kind"] == "answer"]
+    assert [answer["code"] for answer in answers] == ["no-such-connection"]
+    assert ask(channel, line, do="release")["ok"]
+    assert car.control.telemetry().driver == "192.168.1.9:5"
+
+
 def test_a_channel_that_watched_ends_its_own_session_when_its_connection_comes() -> None:
     car = SocketlessCar()
     channel, line = car.telemetry()

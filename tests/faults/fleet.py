@@ -36,6 +36,7 @@ _MOST_LOAD_S = 60.0
 # For a car that is switched off meanwhile: 5 s for it to be back.
 _DEAD_S = 7.0
 _STRANGE_HOST = "10.0.1.66"
+_LONGEST_NAME = 40
 
 
 class Fleet:
@@ -210,6 +211,7 @@ class Fleet:
             if contact is not None and not contact.status().away:
                 self._check_name(fleet, car, contact)
         for status in fleet.statuses():
+            self.world.keep("safe-text", len(status.name) <= _LONGEST_NAME, f"a car is called {status.name!r}")
             for text in status[:1] + status[4:8]:
                 check_text(self.world, status.where, text)
             if status.problem:

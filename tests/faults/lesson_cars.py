@@ -162,11 +162,16 @@ async def _stop_by_another(run: "Lesson") -> None:
     if pupil is None or run.control is None:
         return
     page = (await pupil.browser.open("/drive/ws")).follow()
+    leaves_at_once = run.random.random() < 0.3
     page.send({"do": "stop", "cars": [CAR]})
+    if leaves_at_once:
+        page.close()
     await asyncio.sleep(_STANDS_S)
     state = run.control.telemetry().state
     run.world.keep("stop-gets-through", state == "stopped", f"{pupil.name}'s stop: the car is {state}")
     run.car_is_stopped = True
+    if leaves_at_once:
+        return
     page.send({"do": "join", "car": CAR})
     await asyncio.sleep(0.5)
     page.send({"do": "clear", "car": CAR})

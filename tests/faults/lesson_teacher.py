@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from tests.faults.lesson import Lesson, Pupil
 
 _MARK = re.compile("# mark-[0-9]+-")
+# Whoever is out is sent nothing any more after so long.
+_LAST_WORDS_S = 2.0
 
 
 async def settings(run: "Lesson") -> None:
@@ -258,9 +260,29 @@ async def report(run: "Lesson") -> None:
     outcome, data = await run.teacher.fetch("POST", "/api/teacher/report.html", json.dumps(order).encode())
     run.world.keep("as-asked", outcome == DONE, f"report.html ends in {outcome}")
     check_marks(run, data.decode() if isinstance(data, bytes) else str(data))
+    if run.random.random() < 0.5:
+        await _report_of_who_signs_out(run, order)
     for bad in (b"{", b'{"mission": "no-such"}', b'{"text": "{"}'):
         outcome, _ = await run.teacher.fetch("POST", "/api/teacher/report.html", bad)
         run.world.keep("says-why", outcome not in (DONE, "internal", "no-json"), f"{bad!r} ends in {outcome}")
+
+
+async def _report_of_who_signs_out(run: "Lesson", order: dict[str, Any]) -> None:
+    """A report waits for another one; who asked for it signs out meanwhile, and gets none."""
+    other = run.new_browser()
+    await run.expect("right-guess", other, "teacher/sign-in", DONE, password=PASSWORD)
+    twin = run.new_browser()
+    twin.cookies = dict(other.cookies)
+    body = json.dumps(order).encode()
+    first = asyncio.create_task(run.teacher.fetch("POST", "/api/teacher/report.html", body))
+    await asyncio.sleep(0.1)
+    waiting = asyncio.create_task(other.fetch("POST", "/api/teacher/report.html", body))
+    await asyncio.sleep(0.1)
+    await run.expect("as-asked", twin, "teacher/sign-out", DONE)
+    outcome, _ = await first
+    run.world.keep("as-asked", outcome == DONE, f"report.html ends in {outcome}")
+    outcome, _ = await waiting
+    run.world.keep("out-is-out", outcome != DONE, "a teacher who has signed out gets a report")
 
 
 def write_report(command: list[str]) -> None:
@@ -274,8 +296,12 @@ async def remove(run: "Lesson") -> None:
     """The teacher removes a pupil, who is out at once and has left nothing."""
     pupil = run.draw(run.pupils)
     if pupil:
+        remote = (await pupil.browser.open("/drive/ws")).follow()
+        await asyncio.sleep(0.2)
         await remove_pupil(run, pupil)
         await run.expect("as-asked", run.teacher, "teacher/remove", "no-such-pupil", pupil=pupil.id)
+        await asyncio.sleep(_LAST_WORDS_S)
+        run.world.keep("out-is-out", remote.has_ended, f"{pupil.name}, who is out, is still told of the cars")
 
 
 async def remove_pupil(run: "Lesson", pupil: "Pupil") -> None:

@@ -62,6 +62,31 @@ async def late_body(run: "Lesson") -> None:
         await restart(run)
 
 
+async def late_job(run: "Lesson") -> None:
+    """A pupil is removed while the computer is busy with what the pupil stores: nothing comes back behind it."""
+    pupil = run.draw(run.pupils)
+    if pupil is None or run.loop is None:
+        return
+    requests: list[tuple[str, dict[str, Any]]] = [
+        ("class/draft/write", {"name": "late", "project": WORK | {"python": run.new_mark()}}),
+        ("projects/write", {"name": "late", "project": WORK | {"python": run.new_mark()}}),
+    ]
+    name, message = run.random.choice(requests)
+    # Another tab of the pupil's browser.
+    tab = run.new_browser()
+    tab.cookies = dict(pupil.browser.cookies)
+    run.whose[tab] = pupil
+    run.loop.late_s = 1.0
+    storing = asyncio.create_task(tab.ask(name, **message))
+    await asyncio.sleep(0.05)
+    run.loop.late_s = 0.0
+    await lesson_teacher.remove_pupil(run, pupil)
+    outcome, _ = await storing
+    run.world.keep("out-is-out", outcome != DONE, f"{name} of a pupil who is out is done")
+    await asyncio.sleep(1.0)
+    run.check_folders()
+
+
 async def out(run: "Lesson", pupil: "Pupil") -> None:
     """Let a pupil be out: removed, or with the whole class."""
     if run.random.random() < 0.7:
@@ -163,6 +188,7 @@ async def end(run: "Lesson") -> None:
 
 ACTS = [
     (2.5, late_body),
+    (0.4, late_job),
     (0.6, restart),
     (0.4, rot),
     (0.8, rest),

@@ -29,6 +29,8 @@ BAD_NAMES = ("", " ", ".", "..", "a/b", "a\\b", "x" * 61, "a\u202eb", "a\nb")
 MISSIONS = [mission.id for mission in list_missions({})][:6]
 SERIAL = Port("/dev/ttyTEST", "a car's cable", "serial")
 GIFTS, GIFTS_S = 10, 60.0
+# What the check of all work takes.
+_REPORT_S = 0.5
 _FIRST = MISSION
 IMAGE = base64.b64encode(compile_program(Program([forward(1, speed=2), left(1)])).image).decode()
 
@@ -415,6 +417,7 @@ def names(run: "Lesson") -> Replaced:
         run.disk.find(path).changed_s = times[1]
 
     def checked(command: list[str], **options: object) -> None:
+        run.world.sleep(_REPORT_S)
         run.write_report(command)
 
     return {

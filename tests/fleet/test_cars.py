@@ -31,6 +31,7 @@ from motorcade.words.request import (
     car_request,
     read_request,
 )
+from support.fault_proxy import FaultProxy
 from support.pseudo_terminal import PseudoTerminal
 from support.rooms import FIRST, FIRST_CRC32, SECOND, SECOND_CRC32, SimulatedCar, in_loop, server, simulated_cars
 from support.waiting import until
@@ -149,6 +150,22 @@ async def test_a_load_gives_each_car_a_verdict_and_takes_those_that_failed_again
             await cars.load(SECOND, ["all"], lambda contact, count: sent.append(contact.place.address), SECOND_CRC32)
             assert set(sent) <= {bad[0].address, mute}
         assert [car.image for car in [*good, *bad]] == [SECOND, SECOND, FIRST]
+
+
+@in_loop
+async def test_a_load_whose_connection_breaks_is_done_again():
+    with simulated_cars(1) as (car,):
+        async with FaultProxy(int(car.address.rpartition(":")[2])) as proxy, Cars() as cars:
+            cars.add(place_of(f"127.0.0.1:{proxy.port}"))
+            await cars.known(30)
+            breaks = iter([proxy.cut])
+
+            def cut_once(contact, sent):
+                next(breaks, lambda: None)()
+
+            (verdict,) = await cars.load(SECOND, ["all"], cut_once)
+        assert (verdict.holds, verdict.error, next(breaks, None)) == ("new", None, None)
+        assert car.image == SECOND
 
 
 @pytest.mark.parametrize(

@@ -101,6 +101,18 @@ async def test_what_was_announced_and_never_answered_is_named_and_has_no_name_of
             assert [each.where for each in await cars.confirmed(0.5)] == ["127.0.0.2:9"]
 
 
+@in_loop
+async def test_so_many_announced_addresses_are_kept_and_no_more():
+    async with Cars() as cars:
+        for port in range(1, MOST_FOUND + 50):
+            cars.add(found("127.0.1.1", port, CAR))
+        cars.add(found("127.0.1.2", 7, CAR))
+        # Each is asked as a car and as a drive server.
+        assert len(cars.contacts) == 2 * MOST_FOUND
+        # Who announces most gives its place to another host.
+        assert "127.0.1.2:7" in cars.contacts
+
+
 def test_hosts_have_their_turns_one_after_the_other_whoever_announces_most():
     turns = Turns()
     for port in range(3):

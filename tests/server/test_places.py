@@ -80,6 +80,17 @@ def test_where_pupils_have_taken_all_places_the_teacher_gets_one_and_keeps_it(mo
         assert answers(teacher)
 
 
+def test_none_of_the_teachers_connections_gives_way_to_a_pupil(monkeypatch):
+    monkeypatch.setattr(running, "_PLACES", Places(12, 4, burst=2, shares=True))
+    with server() as address, ExitStack() as pages:
+        teacher = [opened(pages, address, "teacher") for _ in range(8)]
+        assert all(map(answers, teacher))
+        for who in ("eve", "ben", "mia"):
+            for _ in range(2):
+                assert answers(opened(pages, address, who))
+        assert all(map(answers, teacher))
+
+
 def test_pupils_behind_one_router_have_a_rate_of_requests_each():
     app = RequestFilter(Starlette(), ServerSettings(requests_a_second=1, clock=lambda: 0.0), None, holder)
     client = TestClient(app, base_url="http://127.0.0.1:7700")

@@ -325,7 +325,7 @@ class McapRecording:
         counts: dict[str, int] = {}
 
         def read(topic: str, message: dict[str, Any]) -> Iterator[Moment]:
-            which = {name: int(message.pop(name)) for name in ("t_ms", *WHICH)}
+            which: dict[str, Any] = {name: int(message.pop(name)) for name in ("t_ms", *WHICH)}
             if topic == "/counts":
                 counts.clear()
                 counts.update(message)

@@ -34,6 +34,8 @@ _ACTIONS: dict[type[RemoteMessage], Action] = {
     messages.Clear: "clear",
     messages.Resume: "resume_program",
 }
+# A stop that a page has sent before it left is tried for so long.
+_LAST_STOPS_S = 5.0
 # Answers of which only the newest is of use.
 NEWEST = (messages.RemoteHello, messages.Telemetry, messages.Received)
 _BOUNDARY = "motorcade-picture"
@@ -54,6 +56,8 @@ class PageSession:
         self._controls: dict[str, PageControl] = {}
         # Requests to cars may take a while; each is a task, so that it delays neither another nor the page.
         self._requests: set[asyncio.Task[None]] = set()
+        # Those of them that stop a car, and which.
+        self._stops: dict[asyncio.Task[None], str] = {}
         self._stick: messages.Drive | None = None
         self._moved = asyncio.Event()
         self._refused: set[str] = set()
@@ -78,16 +82,28 @@ class PageSession:
                 self._page.refuse(refusal)
             await self._page.serve(RemoteMessage, self._handle, (self._steer, self._send_telemetry))
         finally:
-            controls = self._controls
-            self._controls = {}
-            with ExitStack() as ending:
-                for request in self._requests:
-                    ending.callback(request.cancel)
+            await self._end()
+
+    async def _end(self) -> None:
+        """Leave all cars; those that the page has just stopped once they are, or can't be reached for a while."""
+        stopped = set(self._stops.values())
+        controls = self._controls
+        self._controls = {}
+        with ExitStack() as ending:
+            for car in stopped & controls.keys():
+                ending.callback(controls[car].leave)
+            with ExitStack() as ending_at_once:
+                for request in self._requests - self._stops.keys():
+                    ending_at_once.callback(request.cancel)
                 for car in list(self._driven):
-                    ending.callback(self._record_driving, car, False)
+                    ending_at_once.callback(self._record_driving, car, False)
                 # These come first, each whatever becomes of the others.
-                for control in controls.values():
-                    ending.callback(control.leave)
+                for car in controls.keys() - stopped:
+                    ending_at_once.callback(controls[car].leave)
+            if self._stops:
+                _, late = await asyncio.wait(list(self._stops), timeout=_LAST_STOPS_S)
+                for stop in late:
+                    stop.cancel()
 
     async def _handle(self, message: RemoteMessage) -> None:
         match message:
@@ -134,9 +150,11 @@ class PageSession:
         """Stop these cars, also those to which the page is not connected."""
         for name in names:
             if name in self._controls:
-                self._request(self._controls[name].act("stop"))
+                stop = self._request(self._controls[name].act("stop"))
             else:
-                self._request(self._fleet.of(name).stop(name, self._name))
+                stop = self._request(self._fleet.of(name).stop(name, self._name))
+            self._stops[stop] = name
+            stop.add_done_callback(self._stops.pop)
         for name in names:
             self._record("stops", name)
 
@@ -160,11 +178,12 @@ class PageSession:
             self._record("ends", car)
             self._driven.discard(car)
 
-    def _request(self, action: Coroutine[Any, Any, None]) -> None:
-        """Wait for a car in a task of its own; send the page an error where the car refuses."""
+    def _request(self, action: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
+        """Wait for a car in a task of its own, which is returned; send the page an error where the car refuses."""
         request = asyncio.create_task(self._answer(action))
         self._requests.add(request)
         request.add_done_callback(self._requests.discard)
+        return request
 
     async def _answer(self, action: Coroutine[Any, Any, None]) -> None:
         try:

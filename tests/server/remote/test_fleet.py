@@ -288,6 +288,12 @@ async def test_at_most_nine_pages_connect_to_a_car_and_an_idle_one_gives_way():
     assert given_up == [0]
 
 
+def test_a_stop_gets_through_though_its_page_leaves_at_once(pages, ada, bo):
+    with pages() as page:
+        page.send("stop", cars=["ada", "bo"])
+    wait_until(lambda: ada.control.telemetry().state == bo.control.telemetry().state == "stopped")
+
+
 def test_a_page_without_a_place_stops_the_car(pages, ada):
     with ExitStack() as open_pages:
         others = [open_pages.enter_context(pages("ada")) for _ in range(9)]
