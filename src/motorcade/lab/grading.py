@@ -16,7 +16,8 @@ from motorcade.missions.model import Mission
 from motorcade.missions.watch import ManyRuns, attempt_of, run_to_next
 
 # Where cars were is noted so often, in squares of this side.
-_VISIT_MS, _SQUARE_M = 1000, 0.25
+_VISIT_MS = 1000
+_SQUARE_M = 0.25
 # x and y of all cars.
 _Positions = tuple[NDArray[np.int32], NDArray[np.int32]]
 

@@ -19,7 +19,8 @@ from motorcade.program.diagnostics import ProgramError
 from motorcade.program.files import is_project, read_project
 from motorcade.words.packing import ImageError
 
-_IMAGES, REPORTS = (".image", ".bin"), ("-report.html", "-report.csv")
+_IMAGES = (".image", ".bin")
+REPORTS = ("-report.html", "-report.csv")
 _LEADER, _FOLLOWER = "#d62728", "#1f77b4"
 _WIDTH_PX, _HEIGHT_PX = 220, 150
 # Control characters and what ends a line; what a formula begins with, also as the wide letters of Chinese and Japanese
@@ -29,7 +30,8 @@ _FORMULA = re.compile(r"""((?:^|[;,|:])[\s"']*)([=+\-@＝＋－＠])""")
 # Around what is shown of a mat without a size.
 _MARGIN_M = 0.2
 # With more, tracks can't be told apart, and the page of a class has megabytes.
-_MOST_CARS, _MOST_POINTS = 60, 100
+_MOST_CARS = 60
+_MOST_POINTS = 100
 _STYLE = (
     "body{font:16px/1.5 system-ui,sans-serif;max-width:75rem;margin:2rem auto;padding:0 1rem}"
     "table{border-collapse:collapse;width:100%}th,td{border:1px solid #999;padding:.4rem .6rem;text-align:left;"

@@ -67,7 +67,9 @@ _EMPTY: dict[str, Any] = {
 
 def _mat_message(about: Description) -> bytes:
     """Make the message of what doesn't move: the mat's edge, walls and obstacles."""
-    mat, dark, grey = about.mat, _colour("#3a3a3a"), _colour("#8c8c8c")
+    mat = about.mat
+    dark = _colour("#3a3a3a")
+    grey = _colour("#8c8c8c")
     cubes = [_wall(*wall, dark) for wall in mat.walls]
     if mat.size_m:
         width_m, height_m = mat.size_m

@@ -224,7 +224,8 @@ def events_as_dicts(events: NDArray[np.void]) -> list[dict[str, Any]]:
     """Events of `motorcade.engine.events.EVENT` for JSON: EVENT_FIELDS by name, with the names of kinds and reasons."""
     dicts = [dict(zip(EVENT_FIELDS, row, strict=True)) for row in events[list(EVENT_FIELDS)].tolist()]
     for event in dicts:
-        event["kind"], event["why"] = KINDS[event["kind"]], LOSS_REASONS[event["why"]]
+        event["kind"] = KINDS[event["kind"]]
+        event["why"] = LOSS_REASONS[event["why"]]
     return dicts
 
 
