@@ -65,8 +65,8 @@ quick: setup ## lint, types, and the tests of words, cars, programs and driving 
 	$(BIN)/mypy & $(BIN)/python -m pytest --hypothesis-profile few --numprocesses auto --dist loadfile $(QUICK) && wait $$!
 
 test: setup
-	@# Debian's packages are fetched while the page's own tests run; the tests that need them wait for them.
-	$(BIN)/python -m scripts.debian & $(BIN)/python hatch_build.py test
+	@# Debian's packages are fetched, and the tests compiled, while the page's own tests run. Tests that need packages wait.
+	$(BIN)/python -m scripts.debian & $(BIN)/python -m pytest --collect-only > /dev/null & $(BIN)/python hatch_build.py test
 	$(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 
 soak: $(MORE) ## the same tests with many more examples; then bytes made by a fuzzer, and code that is changed; slow

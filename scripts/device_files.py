@@ -207,7 +207,8 @@ def _c_methods() -> str:
 def _c_inputs() -> str:
     lines = []
     for name, part in READ_BY.items():
-        read = f"read_inputs(settings_.{part.key}, {len(part.roles)})"
+        inverted = f"settings_.{part.key}_low" if part.options else "false"
+        read = f"read_inputs(settings_.{part.key}, {len(part.roles)}, {inverted})"
         lines.append(f"  {_C_TYPES[METHODS[name].returns]} {name}() override {{ return {read}; }}")
     return "\n".join(lines) + "\n"
 
@@ -217,7 +218,12 @@ def _c_begin() -> str:
 
 
 def _c_settings() -> str:
-    return "".join(f"  uint8_t {part.key}[{len(part.roles)}];\n" for part in READ_BY.values())
+    lines = []
+    for part in READ_BY.values():
+        lines.append(f"  uint8_t {part.key}[{len(part.roles)}];\n")
+        if part.options:
+            lines.append(f"  bool {part.key}_low;\n")
+    return "".join(lines)
 
 
 def _c_reading() -> str:

@@ -15,6 +15,7 @@ from scripts.exports import exported_files, markdown
 from scripts.goal_kinds import goal_kinds
 from scripts.message_types import class_types, message_types, remote_types
 from scripts.notes_page import notes_page
+from scripts.opening_recording import opening_recording
 from scripts.step_files import step_types, with_step_names, with_steps_table
 from scripts.wiring_pages import wiring_files
 from scripts.world_types import world_types
@@ -52,6 +53,7 @@ GENERATED = {
     "docs/programs.zh.md": lambda: with_steps_table(_text("docs/programs.zh.md"), "zh"),
     "docs/words.md": lambda: markdown("en"),
     "docs/words.zh.md": lambda: markdown("zh"),
+    "src/motorcade/browser/opening.json": opening_recording,
     "web/src/generated/classroom.ts": class_types,
     "web/src/generated/blockClips.json": block_clips,
     "web/src/generated/clips.json": example_clips,

@@ -81,6 +81,16 @@ def test_both_languages_show_the_same_code(page):
     assert [block.code for block in blocks_of(translated(page))] == [block.code for block in blocks_of(page)]
 
 
+def test_a_chinese_page_leads_to_chinese_pages():
+    english = []
+    for page in (*DOCS.rglob("*.zh.md"), ROOT / "README.zh.md"):
+        for link in re.findall(r"\]\(([^)#\s:]+\.md)", page.read_text(encoding="utf-8")):
+            target = page.parent / link
+            if not link.endswith(".zh.md") and translated(target).exists():
+                english.append(f"{page.name}: {link}")
+    assert english == []
+
+
 @pytest.mark.parametrize("page", [DOCS / "profiles.md", DOCS / "profiles.zh.md"], ids=lambda page: page.name)
 def test_every_key_of_a_profile_is_explained(page):
     text = (ROOT / "src" / "motorcade" / "profiles" / "classroom.toml").read_text(encoding="utf-8")

@@ -2,23 +2,29 @@
 
 import ast
 from collections import defaultdict
+from functools import cache
 from pathlib import Path
 
 import motorcade
 from motorcade.errors import MotorcadeError
 
 SOURCE = Path(motorcade.__file__).parent
-TREES = {path.relative_to(SOURCE).as_posix(): ast.parse(path.read_text("utf-8")) for path in SOURCE.rglob("*.py")}
 # What has a code and is no error: faults of documents, diagnostics of programs, the program of a worker. And an error
 # that is made of a car's answer.
 COMPARED = {"fault.code", "self.code", "diagnostic.code", "task.code", "error.code"}
+
+
+@cache
+def trees():
+    """The parsed files by their names. Not at import: every process that runs tests imports this file."""
+    return {path.relative_to(SOURCE).as_posix(): ast.parse(path.read_text("utf-8")) for path in SOURCE.rglob("*.py")}
 
 
 def classes():
     """The names of MotorcadeError and of all that derive from it; not those of one file alone."""
     bases = {
         node.name: {base.id for base in node.bases if isinstance(base, ast.Name)}
-        for tree in TREES.values()
+        for tree in trees().values()
         for node in ast.walk(tree)
         if isinstance(node, ast.ClassDef)
     }
@@ -31,7 +37,7 @@ def classes():
 def raised():
     """The names of the classes that each code is raised as."""
     known, found = classes(), defaultdict(set)
-    for tree in TREES.values():
+    for tree in trees().values():
         for call in (node for node in ast.walk(tree) if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)):
             if not call.args or not isinstance(call.args[0], ast.Constant):
                 continue
@@ -51,7 +57,7 @@ def test_each_code_is_raised_as_one_class():
 def test_nobody_compares_the_code_of_an_error():
     compared = {
         (name, ast.unparse(side))
-        for name, tree in TREES.items()
+        for name, tree in trees().items()
         for node in ast.walk(tree)
         if isinstance(node, ast.Compare)
         for side in (node.left, *node.comparators)

@@ -15,9 +15,49 @@ const WHEELS = join(import.meta.dirname, "node_modules", ".wheels");
 /** Where `motorcade studio` answers what `vite dev` asks for. */
 const STUDIO = "http://127.0.0.1:7700";
 
+interface Texts {
+  [name: string]: Texts | string;
+}
+
+/** The parts of `page` that each page shows; the studio shows all that isn't in another one. `errors` is for the server. */
+const PARTS: Record<string, readonly string[]> = {
+  remote: ["remote", "network", "settings"],
+  class: ["class", "cars", "network", "settings", "app"],
+};
+const NOT_OF_THE_STUDIO = ["remote", "class", "errors"];
+
+/** A language's texts, and English ones where it has none. */
+function complete(english: Texts, texts: Texts): Texts {
+  const made = { ...texts };
+  for (const [name, text] of Object.entries(english)) {
+    const own = texts[name];
+    if (typeof text === "object") made[name] = complete(text, typeof own === "object" ? own : {});
+    // A language has the forms of the plural that it needs.
+    else if (!(`${name.replace(/_(one|other)$/, "")}_other` in texts)) made[name] ??= text;
+  }
+  return made;
+}
+
+/** Texts of Blockly's own blocks, none of which is on the page, its colours and its links. */
+const NOT_SHOWN = /^(CONTROLS|LISTS|TEXT|LOGIC|MATH|PROCEDURES|VARIABLES|COLOUR|LOOPS)_|BACKPACK|MUTATOR|HELPURL|_HUE$/;
+/** Blockly's files that aren't named after their language. */
+const BLOCKLY_FILES: Record<string, string> = { zh: "zh-hans" };
+
+/** Blockly's own messages in a language; none where it lacks the language. */
+function blocklyMessages(language: string): Record<string, string> {
+  const require = createRequire(import.meta.url);
+  try {
+    const messages = require(`blockly/msg/${BLOCKLY_FILES[language] ?? language}`) as Record<string, string>;
+    return Object.fromEntries(Object.entries(messages).filter(([name]) => !NOT_SHOWN.test(name)));
+  } catch {
+    return {};
+  }
+}
+
 /**
- * The modules `virtual:texts/studio`, `…/remote`, `…/class`, `…/cars` and `…/network`: the texts of one page in every language, from the files
- * that Python reads too. The environment variable MOTORCADE_LOCALES names another folder of such files.
+ * The modules `virtual:texts/studio`, `…/remote` and `…/class` list the languages with what fetches the texts of one page,
+ * `virtual:texts/<page>/<language>`: from the files that Python reads too. The environment variable MOTORCADE_LOCALES
+ * names another folder of such files.
  */
 function texts(): Plugin {
   const folder = resolve(process.env.MOTORCADE_LOCALES ?? join(import.meta.dirname, "../src/motorcade/locales"));
@@ -27,19 +67,23 @@ function texts(): Plugin {
     resolveId: (id) => (id.startsWith("virtual:texts/") ? `\0${id}` : null),
     load(id) {
       if (!id.startsWith(prefix)) return null;
-      const files = readdirSync(folder).filter((name) => name.endsWith(".json"));
-      // English comes first: it is the language that others fall back to.
-      const languages = files.map((name) => name.slice(0, -5)).sort((a, b) => Number(b === "en") - Number(a === "en") || (a < b ? -1 : 1));
       const read = (language: string) => {
         const path = join(folder, `${language}.json`);
         this.addWatchFile(path);
-        const { language: name, page } = JSON.parse(readFileSync(path, "utf-8")) as { language: string; page: Record<string, unknown> };
-        // `page.errors` is for the server, which sends whole sentences.
-        const studio = Object.fromEntries(Object.entries(page).filter(([part]) => !["remote", "class", "cars", "network", "errors"].includes(part)));
-        const part = id.slice(prefix.length);
-        return [language, { name, texts: part === "studio" ? studio : page[part] }];
+        return JSON.parse(readFileSync(path, "utf-8")) as { language: string; page: Texts };
       };
-      return `export default ${JSON.stringify(Object.fromEntries(languages.map(read)))}`;
+      const [page = "", language] = id.slice(prefix.length).split("/");
+      if (language !== undefined) {
+        const texts = complete(read("en").page, read(language).page);
+        texts.blockly = { ...blocklyMessages("en"), ...(texts.blockly as Texts), ...blocklyMessages(language), ...(read(language).page.blockly as Texts | undefined) };
+        const isShown = (part: string) => PARTS[page]?.includes(part) ?? !NOT_OF_THE_STUDIO.includes(part);
+        return `export default ${JSON.stringify(Object.fromEntries(Object.entries(texts).filter(([part]) => isShown(part))))}`;
+      }
+      const files = readdirSync(folder).filter((name) => name.endsWith(".json"));
+      // English comes first: it is the language of those who have none of these.
+      const all = files.map((name) => name.slice(0, -5)).sort((a, b) => Number(b === "en") - Number(a === "en") || (a < b ? -1 : 1));
+      const entries = all.map((each) => `${JSON.stringify(each)}: { name: ${JSON.stringify(read(each).language)}, load: () => import("virtual:texts/${page}/${each}") }`);
+      return `export default { ${entries.join(", ")} }`;
     },
   };
 }

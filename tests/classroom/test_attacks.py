@@ -33,12 +33,6 @@ TEACHERS = [each for each in made.call_args.kwargs["routes"] if getattr(each, "p
 STREAMS = [each.path.removeprefix("/api/") for each in TEACHERS if isinstance(each, WebSocketRoute)]
 
 
-@pytest.fixture
-def room(tmp_path):
-    with class_room(tmp_path) as opened:
-        yield opened
-
-
 @pytest.fixture(scope="module")
 def shared(tmp_path_factory):
     """A class for attacks that change nothing in it, with one pupil."""
@@ -211,7 +205,10 @@ def test_a_page_of_another_site_opens_no_stream_with_the_browsers_cookies(shared
 def test_no_script_and_no_other_site_gets_a_cookie_and_https_keeps_it_secret(room, scheme):
     joins = json.dumps({"code": room.code, "name": "Mia", "avatar": "bus"})
     answer = room.browser().client.post(f"{scheme}://192.168.1.5:7710/api/class/join", content=joins)
-    kept = {part.strip().lower() for part in answer.headers["set-cookie"].split(";")}
+    cookie = answer.headers["set-cookie"].lower()
+    assert cookie.startswith("motorcade_class_"), "of this server alone"
+    assert cookie.split("=")[1].split(";")[0] not in answer.text.lower()
+    kept = {part.strip() for part in cookie.split(";")}
     assert {"httponly", "samesite=strict"} <= kept
     assert ("secure" in kept) == (scheme == "https")
 

@@ -12,29 +12,22 @@ from motorcade.boards.lines import TcpPort
 from motorcade.server.studio import uploads
 from motorcade.upload import transfer
 from motorcade.upload.serial_port import BOARD, PortInfo
-from support.class_page import class_room
 from support.strategies import CLASSROOM
 
 HERS, HIS, THE_TEACHERS = (bytes.fromhex(f"01000000 0{digit}800000") for digit in "123")
 
 
 @pytest.fixture
-def port(tmp_path, monkeypatch):
+def port(tmp_path_factory, monkeypatch):
     """A simulated car at a port of the teacher's computer."""
     monkeypatch.setattr(transfer, "SETTLE_MS", 0)
     monkeypatch.setattr(transfer, "BOOT_MS", 0)
     with (
         contextlib.closing(TcpPort("127.0.0.1", 0)) as line,
-        simulated_car(line, ImageStore(tmp_path / "car"), CLASSROOM),
+        simulated_car(line, ImageStore(tmp_path_factory.mktemp("car") / "car"), CLASSROOM),
     ):
         monkeypatch.setattr(uploads, "ports", lambda: [PortInfo(line.address, "a car", "", rank=BOARD)])
         yield line.address
-
-
-@pytest.fixture
-def room(tmp_path):
-    with class_room(tmp_path / "class") as opened:
-        yield opened
 
 
 def outcome(browser, port, image=None):

@@ -36,12 +36,6 @@ def full(monkeypatch):
     return filled
 
 
-@pytest.fixture
-def room(tmp_path):
-    with class_room(tmp_path) as opened:
-        yield opened
-
-
 def owners(tmp_path):
     return sorted(each.name.rpartition("-")[0] for each in (tmp_path / OWNERS).iterdir())
 

@@ -10,8 +10,6 @@ from base64 import b64encode
 from contextlib import suppress
 from random import Random
 
-import pytest
-
 from motorcade.classroom import folder
 from motorcade.classroom.folder import MOST_FILES, ClassFolder
 from motorcade.classroom.record import to_bytes
@@ -25,17 +23,6 @@ from motorcade.service.requests import respond
 from support.class_page import PASSWORD, PROJECT, class_room, no_room
 from support.classrooms import refused
 from support.world_page import KEY
-
-
-@pytest.fixture
-def now():
-    return [100.0]
-
-
-@pytest.fixture
-def room(tmp_path, now):
-    with class_room(tmp_path, clock=lambda: now[0]) as opened:
-        yield opened
 
 
 def row(view, pupil):

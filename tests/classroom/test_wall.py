@@ -21,11 +21,6 @@ from support.world_page import KEY, MAT, OTHER
 
 
 @pytest.fixture
-def now():
-    return [100.0]
-
-
-@pytest.fixture
 def room(tmp_path, now):
     def clock():
         now[0] += 0.001

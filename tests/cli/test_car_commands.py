@@ -8,18 +8,10 @@ import pytest
 
 from support.command_line import PARADE, Terminal, data, refusal, run
 
-# One state: forward at 200 mm/s for 1 s; and a follower's word.
+# One state: forward at 200 mm/s for 1 s.
 LEADER_ONLY = bytes.fromhex("01000000 64800000")
 MATS = Path(__file__).parents[2] / "examples" / "mats"
-IMAGE = bytes.fromhex("01010100 64800000 E4800000")
 EVENT_KINDS = {"state", "start", "over", "frame", "heard", "lost"}
-
-
-@pytest.fixture
-def image(tmp_path):
-    path = tmp_path / "it.image"
-    path.write_bytes(IMAGE)
-    return path
 
 
 def test_simulate_tells_where_cars_end_and_what_happened():

@@ -15,7 +15,6 @@ from motorcade.words import upload as protocol
 from support.command_line import PARADE, Terminal, data, refusal, run, started
 from support.played_car import PlayedCar
 
-IMAGE = bytes.fromhex("01010100 64800000 E4800000")
 OK = b"OK words=3 crc32=aaa3b7a2\n"
 posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
@@ -24,13 +23,6 @@ posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no 
 def no_settling(monkeypatch):
     monkeypatch.setattr(talk, "SETTLE_MS", 0)
     monkeypatch.setattr(talk, "BOOT_MS", 0)
-
-
-@pytest.fixture
-def image(tmp_path):
-    path = tmp_path / "it.image"
-    path.write_bytes(IMAGE)
-    return path
 
 
 # Which port
@@ -127,8 +119,7 @@ def test_upload_and_readback_with_a_simulated_car(tmp_path, image, monkeypatch):
         read = data("readback", "-p", port, "-o", fetched, "--json")
         assert read == {"port": port, "bytes": 12, "file": str(fetched)}
         assert "can't be written" in refusal(2, "readback", "-p", port, "-o", tmp_path / "missing" / "it")
-    assert fetched.read_bytes() == IMAGE
-    assert ImageStore(store).load() == IMAGE
+    assert fetched.read_bytes() == ImageStore(store).load() == image.read_bytes()
 
 
 # When the car or its port isn't as it should be
@@ -152,7 +143,7 @@ def test_a_silent_board_is_exit_code_5_and_no_verify_promises_nothing(image, tmp
 
 def test_another_try_is_told_to_somebody_who_waits(image):
     with contextlib.closing(PlayedCar("tcp")) as car:
-        car.take(b"ERR the checksum is 0badcafe, aaa3b7a2 was announced\n", OK, image=IMAGE)
+        car.take(b"ERR the checksum is 0badcafe, aaa3b7a2 was announced\n", OK, image=image.read_bytes())
         ran = run("upload", image, "--port", car.port, typed="")
     assert ran.code == 0
     assert "Sending it again, 2 of 3." in ran.err

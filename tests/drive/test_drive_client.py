@@ -1,20 +1,24 @@
-"""A driver's end and a car in one event loop with a mock clock: real sockets, and no waiting."""
+"""A driver's end and a car in one event loop with a mock clock: real sockets, no waiting; keys, and bad networks."""
 
 import asyncio
+import threading
 from contextlib import AsyncExitStack, closing, suppress
+from dataclasses import replace
 
 import pytest
 
+from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.client import DriveClient
 from motorcade.drive.connection import CarRefusesError
+from motorcade.drive.keys import server_context
 from motorcade.drive.wire import pack_frame
-from motorcade.errors import DriveError
+from motorcade.errors import DriveError, MotorcadeError
 from support.driven_car import deaf_port
 from support.loop_car import loop_car
-from support.mock_board import NEUTRAL
+from support.mock_board import CLASSROOM, NEUTRAL
 from support.mock_clock import mock_clock, pass_time
 from support.rooms import in_loop
-from support.waiting import until
+from support.waiting import until, wait_until
 from support.working_drivers import HALF, behind_proxies, client, come_and_drive, drive_on, driving
 
 AHEAD = (90, 1, 128)
@@ -201,3 +205,147 @@ def test_a_freshness_far_beyond_the_failsafe_is_refused():
     for fresh_s in (0.01, 1.5, float("nan")):
         with pytest.raises(ValueError, match="fresh_s is"):
             DriveClient("127.0.0.1", fresh_s=fresh_s)
+
+
+# With keys: it drives a car that it trusts and that trusts it; else the sentence speaks of keys
+
+
+@pytest.fixture
+def tls(keys):
+    return server_context(keys / "car-ada.pem")
+
+
+@mock_clock
+async def test_with_keys_a_driver_drives_under_the_name_in_them_and_goes_on_hearing(tls, keys):
+    async with loop_car(tls) as car, client(car, keys=keys / "driver-lin.pem") as driver, driving(driver):
+        await until(lambda: driver.telemetry and driver.telemetry.driver)
+        assert driver.telemetry.driver.startswith("lin")
+        await until(lambda: car.board.moves)
+        names = set()
+        for _ in range(8):
+            await driver.next_telemetry()
+            names.add(driver.you.get("name"))
+        assert len(names) == 1
+        await driver.stop()
+        await until(lambda: not car.board.moves)
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "says"),
+    [
+        ({"keys": "others/driver-mallory.pem"}, "not-trusted", "doesn't show the certificate"),
+        ({"keys": "driver-lin.pem", "car": "bob"}, "not-trusted", "bob"),
+        ({}, "says-nothing", "keys"),
+    ],
+    ids=["of another class", "another car", "none"],
+)
+@mock_clock
+async def test_without_the_right_keys_nobody_drives_and_the_sentence_speaks_of_keys(tls, keys, options, code, says):
+    if "keys" in options:
+        options = {**options, "keys": keys / options["keys"]}
+    async with loop_car(tls) as car:
+        with pytest.raises(DriveError, match=says) as raised:
+            await come_and_drive(client(car, patience_s=3, **options))
+        assert raised.value.code == code
+        assert not car.board.has_moved()
+
+
+@mock_clock
+async def test_the_error_of_a_driver_whose_keys_the_car_refuses_speaks_of_keys(keys, tmp_path):
+    # The car trusts another authority than the one that its own certificate is from.
+    mixed = tmp_path / "mixed.pem"
+    own, other = ((keys / name).read_text(encoding="utf-8") for name in ("car-ada.pem", "others/car-eve.pem"))
+    mark = "-----BEGIN CERTIFICATE-----"
+    mixed.write_text(own[: own.rindex(mark)] + other[other.rindex(mark) :], encoding="utf-8")
+    async with loop_car(server_context(mixed)) as car:
+        with pytest.raises(CarRefusesError, match="doesn't accept your keys"):
+            await come_and_drive(client(car, keys=keys / "driver-lin.pem", patience_s=3))
+
+
+@mock_clock
+async def test_the_error_of_keys_for_a_car_without_keys_is_to_leave_them_out(keys):
+    async with loop_car() as car:
+        with pytest.raises(DriveError, match=r"started with --keys\?"):
+            await come_and_drive(client(car, keys=keys / "driver-lin.pem"))
+
+
+@mock_clock
+async def test_a_client_sends_nothing_to_a_car_that_takes_something_else(keys, tls):
+    """Neither keys to a car without them, nor commands to one that wants them."""
+    async with loop_car() as car:
+        with pytest.raises(DriveError, match="sends telemetry without TLS"):
+            await come_and_drive(client(car, keys=keys / "driver-lin.pem", patience_s=2))
+        assert (car.control.telemetry().refused, car.control.telemetry().turned_away) == (0, 0)
+    async with loop_car(tls) as car:
+        said = []
+        car.server.refusals.say = said.append
+        with pytest.raises(DriveError, match="--keys"):
+            await come_and_drive(client(car, patience_s=3))
+        assert not car.server.commands
+        assert not car.board.has_moved()
+        assert said == []
+
+
+def test_keys_need_telemetry(keys):
+    with pytest.raises(MotorcadeError, match="exclude each other"):
+        DriveClient("127.0.0.1", telemetry_port=0, keys=keys / "driver-lin.pem")
+
+
+# Behind bad networks: what its car alone would not make good; `tests/faults` tries the rest
+
+
+@mock_clock
+async def test_a_pulled_cable_is_noticed_and_the_client_gets_its_wheel_again():
+    never = replace(CLASSROOM, drive=replace(CLASSROOM.drive, hand_over_ms=600_000))
+    async with loop_car(profile=never) as car, behind_proxies(car) as (driver, proxies), driving(driver):
+        await until(lambda: car.board.moves and driver.you.get("drives"))
+        for proxy in proxies:
+            proxy.half_open()
+        await until(lambda: not car.board.moves)
+        # To the car its former driver still drives, who is this client.
+        await until(lambda: car.board.moves)
+        assert car.control.telemetry().failsafes >= 1
+
+
+@mock_clock
+async def test_nothing_moves_or_sounds_before_the_client_has_answered_the_cars_clock():
+    async with loop_car() as car, behind_proxies(car) as (driver, proxies):
+        proxies[1].hold(True)
+        for _ in range(20):
+            driver.steer(0.0, 0.0, horn=1)
+            await pass_time(0.05)
+        assert car.board.switched == []
+        async with driving(driver):
+            await pass_time(1.0)
+            assert not car.board.has_moved()
+            proxies[1].hold(False)
+            await until(lambda: car.board.moves)
+
+
+# For programs without asyncio
+
+
+def test_a_program_without_asyncio_drives_too(car):
+    with BlockingDriveClient("127.0.0.1", car.port, telemetry_port=car.telemetry_port) as driver:
+        assert driver.connected
+        driver.drive(throttle=HALF)
+        wait_until(car.board.has_moved)
+        driver.drive_for(0.3, HALF, 1)
+        assert driver.next_telemetry()
+        assert driver.request() is True
+        driver.stop()
+        wait_until(lambda: driver.telemetry.state == "stopped")
+        driver.clear()
+        driver.release()
+        with pytest.raises(CarRefusesError):
+            driver.resume_program()
+    wait_until(lambda: car.board.setpoint == NEUTRAL)
+
+
+def test_a_blocking_client_that_finds_no_car_leaves_no_thread_behind():
+    before = set(threading.enumerate())
+    with deaf_port() as port:
+        finds_none = pytest.raises(DriveError)
+        with finds_none, BlockingDriveClient("127.0.0.1", port, patience_s=0.2):
+            pass
+    assert set(threading.enumerate()) <= before

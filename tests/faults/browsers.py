@@ -31,6 +31,7 @@ class Browser:
     Attributes:
         cookies, attributes: values and attributes of each cookie, by its name.
         status: of the last answer.
+        note: called with the path of each request and WebSocket, and how it ended.
     """
 
     def __init__(
@@ -42,6 +43,7 @@ class Browser:
         self._used_s = 0.0
         self.head: dict[str, str] = {}
         self.address = address
+        self.note: Callable[[str, str], None] = lambda path, outcome: None
         self._host = host
         self._seen = seen
         self._streams: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
@@ -64,7 +66,9 @@ class Browser:
             async with asyncio.timeout(_PATIENCE_S):
                 reader, writer = await self._connection()
                 writer.write(self._request(method, path, len(body), headers) + body)
-                return await self._answer(reader, method)
+                answer = await self._answer(reader, method)
+                self.note(path, answer[0])
+                return answer
         except _ENDS:
             self.hang_up()
             return UNKNOWN, b""
@@ -150,6 +154,7 @@ class Browser:
         try:
             head = await reader.readuntil(b"\r\n\r\n")
             if b" 101 " in head.split(b"\r\n")[0]:
+                self.note(where, DONE)
                 return SimulatedPage(reader, writer, take, self._seen)
             length = int(head.lower().partition(b"content-length: ")[2].split(b"\r\n")[0] or 0)
             answer = await reader.readexactly(length)
@@ -157,6 +162,7 @@ class Browser:
             writer.transport.abort()
             raise EOFError("ended") from None
         writer.transport.abort()
+        self.note(where, code_of(answer))
         return SimulatedPage(reader, writer, take, self._seen, code_of(answer))
 
 

@@ -1,7 +1,6 @@
 """A room of cars in the simulated room: a computer that finds, loads and stops all of them, and all faults."""
 
 import asyncio
-import sys
 from binascii import crc32
 from contextlib import suppress
 from random import Random
@@ -13,7 +12,7 @@ from tests.faults.liars import URLS, Liar, Moved, Opened, announcements, check_t
 from tests.faults.loop import SimulatedLoop
 from tests.faults.network import Network, Socket
 from tests.faults.ports import check_places
-from tests.faults.room_cars import BACK_S, PORT, STOP_S, RoomCar, moving_image, multicast
+from tests.faults.room_cars import BACK_S, PORT, STOP_S, RoomCar, moving_image, multicast, multicast_of
 from tests.faults.system import Replaced, Time, on_disk, replaced
 from tests.faults.world import Faults, Process, World, here
 
@@ -400,21 +399,12 @@ class Fleet:
 def run_fleet(room: World) -> None:
     """Run the scenario; raises the first promise that is broken."""
     run_ = Fleet(room)
-    before = {name: sys.modules.get(name) for name in ("zeroconf", "zeroconf.asyncio")}
-    sys.modules.update(multicast(run_.announced, run_.random))
-    try:
-        with replaced(run_.names()):
-            for car in run_.cars:
-                car.start()
-            room.checks.append(run_.check)
-            run_.plan()
-            run_.start_teacher()
-            check_places(room, run_.random)
-            room.run(300.0)
-            room.keep("goes-on", room.is_over, "the last load never ended")
-    finally:
-        for name, module in before.items():
-            if module is None:
-                del sys.modules[name]
-            else:
-                sys.modules[name] = module
+    with multicast_of(multicast(run_.announced, run_.random)), replaced(run_.names()):
+        for car in run_.cars:
+            car.start()
+        room.checks.append(run_.check)
+        run_.plan()
+        run_.start_teacher()
+        check_places(room, run_.random)
+        room.run(300.0)
+        room.keep("goes-on", room.is_over, "the last load never ended")

@@ -14,6 +14,8 @@ from typing import Any
 from tests.faults import (
     lesson_cars,
     lesson_doors,
+    lesson_list,
+    lesson_luck,
     lesson_pairs,
     lesson_strangers,
     lesson_teacher,
@@ -24,6 +26,7 @@ from tests.faults.browsers import DONE, Browser, SimulatedPage
 from tests.faults.class_room import ClassComputer
 from tests.faults.loop import SimulatedLoop, watch_memory
 from tests.faults.pupils import PASSWORD
+from tests.faults.room_cars import multicast_of
 from tests.faults.system import Replaced, replaced
 from tests.faults.world import Process, World
 
@@ -40,6 +43,7 @@ CABLE, CAR = "", lesson_cars.CAR
 # Pages are sent a change at most so much later.
 _SHOWN_S = 0.6
 _MARK = re.compile("# mark-[0-9]+-")
+_SESSION_KEY = re.compile("[0-9a-f]{32}")
 _HEADERS = ("content-security-policy", "x-content-type-options", "x-frame-options", "cache-control")
 TABLE = (*REQUESTS, *STUDIO_REQUESTS)
 WINDOWS = ("leader", "followers")
@@ -111,6 +115,7 @@ class Lesson(ClassComputer):
         # A lesson begins with a key in place of a password, now and then.
         self.has_password = random.random() < 0.7
         self.teacher = Browser(address="10.0.0.1")
+        self.teacher.note = self._note_path
         self.signed_in = [self.teacher]
         self.pupils: list[Pupil] = []
         self.out: list[Pupil] = []
@@ -136,6 +141,11 @@ class Lesson(ClassComputer):
         self.board: Any = None
         self.control: Any = None
         self.car_is_stopped = False
+        # A car of the teacher's list, and the last order to all of these.
+        self.listed = lesson_list.ListedCar(self)
+        self.ordered = ""
+        # How many runs each page wanted whose trial had its turn.
+        self.turns: list[int] = []
         # Who may see each mark.
         self.may_see: dict[str, set[str]] = {}
         self.whose: dict[Browser, Pupil] = {}
@@ -148,6 +158,8 @@ class Lesson(ClassComputer):
             *lesson_work.ACTS,
             *lesson_teacher.ACTS,
             *lesson_cars.ACTS,
+            *lesson_luck.ACTS,
+            *lesson_list.ACTS,
         ]
 
     # Whatever anybody asks.
@@ -157,7 +169,13 @@ class Lesson(ClassComputer):
         self._addresses += 1
         at = address or f"10.0.{1 + self._addresses // 200}.{1 + self._addresses % 200}"
         browser = Browser(lambda data: self.see(browser, data), at)
+        browser.note = self._note_path
         return browser
+
+    def _note_path(self, path: str, outcome: str) -> None:
+        """Note which route of the server was asked, and how that ended."""
+        name = _SESSION_KEY.sub("{session}", path.partition("?")[0])
+        self.world.asked.add((name, outcome))
 
     def see(self, browser: Browser, data: bytes) -> None:
         """A browser gets bytes: no work of others is in them."""
@@ -368,13 +386,14 @@ class Lesson(ClassComputer):
     write_report = staticmethod(lesson_teacher.write_report)
 
     def names(self) -> Replaced:
-        return super().names() | lesson_work.names(self) | lesson_cars.names(self)
+        own = lesson_work.names(self) | lesson_cars.names(self) | lesson_luck.names(self) | lesson_list.names(self)
+        return super().names() | own
 
 
 def run_lesson(room: World) -> None:
     """Run the scenario; raises the first promise that is broken."""
     run = Lesson(room)
-    with replaced(run.names()):
+    with multicast_of(lesson_list.announced(run)), replaced(run.names()):
         run.prepare()
         run.supervise()
         if run.random.random() < 0.6:

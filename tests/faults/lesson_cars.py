@@ -22,6 +22,7 @@ from motorcade.drive.stamps import stamp_at
 from motorcade.service.messages import MissionChoice
 from motorcade.service.missions import chosen_mission
 from motorcade.timing import to_ticks
+from motorcade.words.request import GO
 
 if TYPE_CHECKING:
     from tests.faults.lesson import Lesson, Pupil
@@ -96,6 +97,7 @@ async def hand_over(run: "Lesson", pupil: "Pupil") -> None:
         await run.expect("as-asked", run.teacher, "teacher/freeze", DONE, frozen=False)
     if run.stopped or run.car_is_stopped:
         await run.expect("as-asked", run.teacher, "teacher/release-all", DONE)
+        run.ordered = GO
     await run.expect("one-holder", run.teacher, "teacher/pass-on", DONE, name=CAR, pupil=pupil.id)
     run.frozen = run.stopped = run.car_is_stopped = False
     run.holders[CAR] = pupil

@@ -122,6 +122,21 @@ async def open_sockets(run: "Lesson") -> None:
         page.close()
 
 
+async def fetch_files(run: "Lesson") -> None:
+    """Strangers and those who are out get no timeline, picture or work; where a car has no camera that is said."""
+    pupil = run.draw(run.pupils)
+    paths = (f"/api/world/{_KEY}/timeline.csv", "/camera", "/camera/snapshot.jpg", "/api/projects/export")
+    outsiders = [run.new_browser(), *(device for gone in run.out[-1:] for device in gone.devices[:1])]
+    for path in paths:
+        method = "POST" if path.endswith("export") else "GET"
+        outcome, _ = await run.draw(outsiders).fetch(method, path)
+        run.world.keep("strangers-stay-out", outcome == "class-session-needed", f"{path} ends in {outcome}")
+    if pupil:
+        for path in paths[1:3]:
+            outcome, _ = await pupil.browser.fetch("GET", f"{path}?car=red")
+            run.world.keep("as-asked", outcome == "no-camera-here", f"{path} ends in {outcome}")
+
+
 async def other_sites(run: "Lesson") -> None:
     """A page of another site, or a name that points here, gets nothing, though the browser sends its cookies."""
     random, browser = run.random, run.random.choice([run.teacher, *(pupil.browser for pupil in run.pupils)])
@@ -309,6 +324,7 @@ async def flood_socket(run: "Lesson") -> None:
 ACTS = [
     (1.5, strangers_ask),
     (1.5, open_sockets),
+    (0.4, fetch_files),
     (1.0, other_sites),
     (0.7, bad_bodies),
     (0.7, no_other_way),

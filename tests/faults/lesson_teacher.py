@@ -16,6 +16,7 @@ from tests.faults.pupils import PASSWORD
 
 from motorcade.service.messages import MissionChoice
 from motorcade.service.missions import chosen_mission
+from motorcade.words.request import GO, STOP
 
 if TYPE_CHECKING:
     from tests.faults.lesson import Lesson, Pupil
@@ -100,11 +101,12 @@ async def stop(run: "Lesson") -> None:
         run.world.keep("stop-gets-through", away == wanted, f"{away} could not be reached")
         state = run.control and run.control.telemetry().state
         run.world.keep("stop-gets-through", state in (None, "stopped"), f"after the stop the car is {state}")
-        run.stopped = True
+        run.stopped, run.ordered = True, STOP
         run.car_is_stopped = run.control is not None
     else:
         await run.expect("as-asked", run.teacher, "teacher/release-all", DONE)
         run.stopped = run.car_is_stopped = False
+        run.ordered = GO
 
 
 async def pass_on(run: "Lesson") -> None:
@@ -209,11 +211,22 @@ async def mat(run: "Lesson") -> None:
     elif not opens:
         await run.expect("as-asked", run.teacher, "teacher/mat/close", DONE)
         run.mat, run.mat_entries = "closed", []
+    if run.random.random() < 0.3:
+        await _look_at_mat(run)
     shown = run.teachers_page
     await asyncio.sleep(0.6)
     view = (shown.newest("class") or {}).get("mat", {}) if shown else {}
     entries = [pupil.id for pupil in run.mat_entries]
     run.world.keep("shows-what-is", (view["state"], view["entries"]) == (run.mat, entries), f"{view} not {entries}")
+
+
+async def _look_at_mat(run: "Lesson") -> None:
+    """The wall shows whose cars drive on the shared mat; nobody else's name is on it."""
+    page = (await run.teacher.open("teacher/mat")).follow()
+    await asyncio.sleep(0.4)
+    told = page.messages[:1]
+    run.world.keep("shows-what-is", bool(told) and not page.has_ended, f"the wall of the mat: {page.messages[-1:]}")
+    page.close()
 
 
 async def collect(run: "Lesson") -> None:

@@ -3,12 +3,16 @@
 import asyncio
 from typing import TYPE_CHECKING, Any
 
-from tests.faults import lesson_teacher, lesson_work
+from tests.faults import lesson_doors, lesson_teacher, lesson_work
 from tests.faults.browsers import DONE
 from tests.faults.lesson_doors import MISSION, WORK, wait_for_server
 from tests.faults.pupils import PASSWORD
 
 from motorcade.classroom.folder import RECORD
+
+# A calendar is set by an hour, a day, a month or years; the class looks at it once a second.
+_JUMPS_S = (600.0, 3600.0, 7200.0, 86_400.0, 30 * 86_400.0, 400 * 86_400.0, 9000 * 86_400.0)
+_SEEN_S = 2.5
 
 if TYPE_CHECKING:
     from tests.faults.lesson import Lesson, Pupil
@@ -78,6 +82,7 @@ async def come_up(run: "Lesson") -> None:
     """Wait for the server, and open all pages; what need not survive it is as at the beginning."""
     await wait_for_server(run)
     run.frozen = run.stopped = False
+    run.ordered = ""
     run.holders = dict.fromkeys(run.holders)
     run.mat, run.mat_entries, run.mat_places = "closed", [], 0
     run.tries_s.clear()
@@ -126,8 +131,24 @@ async def rest(run: "Lesson") -> None:
 
 
 async def set_calendar(run: "Lesson") -> None:
-    """Somebody sets the computer's calendar a little: no rate and no session depends on it."""
-    run.wall_s += run.random.choice((-3600.0, -600.0, 600.0, 3600.0)) * (abs(run.wall_s) < 7200)
+    """Somebody sets the computer's calendar, forward or back: no rate, no age and no session depends on it."""
+    raised_s = [(pupil, run.world.now_s) for pupil in run.pupils if pupil.hand]
+    run.wall_s += run.random.choice((-1.0, 1.0)) * run.random.choice(_JUMPS_S)
+    await run.expect("right-guess", run.teacher, "teacher/progress", DONE)
+    pupil = run.draw(run.pupils)
+    if pupil:
+        await run.expect("right-guess", pupil.browser, "projects/list", DONE)
+        if run.random.random() < 0.5:
+            await lesson_doors.come_back(run, pupil)
+    # The class sees it, and the file has it.
+    await asyncio.sleep(_SEEN_S)
+    if run.random.random() < 0.4:
+        await restart(run)
+    else:
+        rows = {row["id"]: row for row in (run.teachers_page.newest("class") or {}).get("pupils", [])}
+        for pupil, _ in raised_s:
+            age_s = rows[pupil.id]["hand_s"]
+            run.world.keep("shows-what-is", 0 <= age_s <= run.world.now_s, f"{pupil.name} raises a hand for {age_s} s")
     await run.expect("right-guess", run.teacher, "teacher/progress", DONE)
 
 
@@ -145,5 +166,5 @@ ACTS = [
     (0.6, restart),
     (0.4, rot),
     (0.8, rest),
-    (0.4, set_calendar),
+    (0.7, set_calendar),
 ]

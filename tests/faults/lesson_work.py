@@ -351,6 +351,23 @@ async def upload(run: "Lesson") -> None:
         run.world.keep("one-holder", "no-such-port" in told, f"{port} of a page: {told[:200]}")
 
 
+async def upload_by_own_port(run: "Lesson") -> None:
+    """A pupil uploads through a port of the browser's: the page gets a program's bytes; a port that closes ends it."""
+    pupil = run.draw(run.pupils)
+    if pupil is None:
+        return
+    page = (await pupil.browser.open("serial")).follow()
+    page.send({"port": "", "image": IMAGE, "profile": "classroom"})
+    await asyncio.sleep(2.0)
+    run.world.keep("as-asked", page.pictures > 0, f"no bytes for the port: {page.messages[-1:]}")
+    # A port that closes, or a page that says something else.
+    page.send({})
+    await asyncio.sleep(1.0)
+    last = page.messages[-1] if page.messages else {}
+    is_failed = page.has_ended and last.get("outcome") == "failed"
+    run.world.keep("says-why", is_failed, f"an upload whose port closes goes on: {last}")
+
+
 async def enter_mat(run: "Lesson", image: str | None = "") -> None:
     """A pupil sends a program to the shared mat, or takes it off."""
     pupil = run.draw(run.pupils)
@@ -426,6 +443,7 @@ ACTS = [
     (1.2, raise_hand),
     (2.0, take),
     (0.6, upload),
+    (0.3, upload_by_own_port),
     (1.0, enter_mat),
     (0.5, open_mission),
 ]

@@ -7,13 +7,13 @@ import asyncio
 from asyncio import Future
 from asyncio.selector_events import BaseSelectorEventLoop
 from collections.abc import Callable, Coroutine
-from contextlib import suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from functools import partial
 from typing import Any
 
 from tests.faults.network import Network, Socket
 from tests.faults.selector import Selector
-from tests.faults.world import Process, World
+from tests.faults.world import Lock, Process, World
 
 _MOST_CLOSINGS = 20
 # How often memory is looked at.
@@ -32,6 +32,7 @@ class SimulatedLoop(BaseSelectorEventLoop):
         self._clock_resolution = 1e-6
         # The tasks of a process that was killed: they do nothing, but the garbage collector would end them noisily.
         self._left: list[asyncio.Task[Any]] = []
+        self._turns: dict[int, Lock] = {}
         process.at_end.append(lambda: self._left.extend(asyncio.all_tasks(self)))
         process.at_close.append(self.abandon)
 
@@ -96,10 +97,12 @@ class SimulatedLoop(BaseSelectorEventLoop):
     def run_in_executor(self, executor: Any, function: Callable[..., Any], *arguments: Any) -> "Future[Any]":
         """Do a job in a thread of the process."""
         future = self.create_future()
+        turn = self._turn_of(executor)
 
         def work() -> None:
             try:
-                result = function(*arguments)
+                with turn:
+                    result = function(*arguments)
             except Exception as problem:  # noqa: BLE001 - the future has it
                 done = partial(self._end_job, future, None, problem)
             else:
@@ -108,6 +111,12 @@ class SimulatedLoop(BaseSelectorEventLoop):
 
         self.process.start(work, "job")
         return future
+
+    def _turn_of(self, executor: Any) -> AbstractContextManager[Any]:
+        """What the jobs of an executor with one thread take turns by; others wait for none."""
+        if getattr(executor, "_max_workers", 0) != 1:
+            return nullcontext()
+        return self._turns.setdefault(id(executor), Lock())
 
     @staticmethod
     def _end_job(future: "Future[Any]", result: Any, problem: Exception | None) -> None:

@@ -1,7 +1,9 @@
 """A car of a room in the simulated world: its program, its store, what is promised of it, and how it is found."""
 
 import asyncio
-from collections.abc import Callable, Sequence
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from random import Random
 from types import ModuleType, SimpleNamespace
 from typing import Any
@@ -242,3 +244,18 @@ def multicast(places: Sequence[tuple[str, str, int, str]], random: Random) -> di
     for name, value in names.items():
         setattr(inner, name, value)
     return {"zeroconf": outer, "zeroconf.asyncio": inner}
+
+
+@contextmanager
+def multicast_of(modules: dict[str, ModuleType]) -> Iterator[None]:
+    """Put these modules in the place of others while the block runs."""
+    before = {name: sys.modules.get(name) for name in modules}
+    sys.modules.update(modules)
+    try:
+        yield
+    finally:
+        for name, module in before.items():
+            if module is None:
+                del sys.modules[name]
+            else:
+                sys.modules[name] = module

@@ -9,13 +9,16 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
+from starlette.routing import Route, WebSocketRoute
 from tests.faults import lesson, promises
 from tests.faults.broken_places import BREAKS
 from tests.faults.browsers import DONE
 from tests.faults.run import SCENARIOS, SEEDS, commit, main, run
 from tests.faults.world import World
 
-from motorcade.classroom.app import REQUESTS
+from motorcade.classroom.app import AUTHORITY, PAGES, REQUESTS, make_class_app
+from motorcade.classroom.folder import ClassFolder
+from motorcade.classroom.running import ClassServerSettings
 from support.soak import SOAK
 
 ROOT = Path(__file__).parents[2]
@@ -78,6 +81,27 @@ def test_all_requests_of_a_class_are_sent_by_who_may_and_by_who_must_not():
     asked, more = set(tried("lesson")[2]), iter(range(100, 200))
     # A change of the code changes what a seed does, and rare requests may be in none of the first seeds.
     while any((missing := _never_sent(asked)).values()):
+        seed = next(more, None)
+        assert seed is not None, missing
+        asked |= run("lesson", seed).asked
+
+
+def test_all_routes_of_a_class_are_asked_by_who_may_and_by_who_must_not(tmp_path):
+    settings = ClassServerSettings(library=tmp_path, page=tmp_path, port=7710)
+    app = make_class_app(settings, ClassFolder(tmp_path))._app
+    routes = {route.path for route in app.routes if isinstance(route, Route | WebSocketRoute)}
+    # What is behind these a table has: it is compared with the requests below.
+    routes -= {"/api/class/{name:path}", "/api/teacher/{name:path}", "/api/{name:path}"}
+    # Pages are for everybody. Of cars without a camera there is no picture.
+    routes -= {"/", "/drive", *PAGES, AUTHORITY}
+    asked, more = set(tried("lesson")[2]), iter(range(100, 200))
+    refused = {"class-session-needed", "teacher-session-needed"}
+    while missing := [
+        (route, wanted)
+        for route in routes
+        for wanted in ({DONE, "no-camera-here"}, refused)
+        if not wanted & {outcome for path, outcome in asked if path == route}
+    ]:
         seed = next(more, None)
         assert seed is not None, missing
         asked |= run("lesson", seed).asked

@@ -1,8 +1,8 @@
 """Change the code of uploads, driving, classes, fleets and servers by machine, and see what the simulated room notices.
 
-Seeds of the scenarios that run the changed file come first, in a child of this process, which has imported what doesn't
-change; where no seed notices it, the tests that name the module may. What survives both is printed, except what
-``equal_places.txt`` lists.
+`tests.faults.reached` tells which seeds and tests reach a changed line. A few of those seeds come first, in a child of
+this process, which has imported what doesn't change; then the tests, in a process of their own; then more seeds. What
+survives all is printed, except what ``equal_places.txt`` lists.
 """
 
 import os
@@ -13,35 +13,38 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from random import Random
 from typing import NamedTuple
+
+from tests.faults.reached import FOLDERS, Reach
 
 from support.changed_places import ChangedModule, changed, changes_of
 
 _ROOT = Path(__file__).parents[2]
 _SOURCE, _TESTS = _ROOT / "src" / "motorcade", _ROOT / "tests"
 _EQUAL = _TESTS / "equal_places.txt"
-# The scenarios that run each folder, those first that notice most in the least time.
-SCENARIOS_OF = {
-    "upload": ("uploads", "fleet"),
-    "fleet": ("fleet",),
-    "drive": ("keys", "driving", "lesson"),
-    "classroom": ("lesson", "class"),
-    "server": ("lesson", "class"),
-}
+# Those first that notice most in the least time.
+_KINDS = ("uploads", "keys", "driving", "lesson", "fleet", "class")
+# So many seeds that reach a line come before the tests.
+_FIRST_SEEDS = 12
 # What imports nothing of these folders needn't be imported anew.
 _CORE = (
     *("errors", "outcomes", "locales", "words", "devices", "car", "config", "program", "mats", "engine", "runs"),
     *("missions", "timing", "sockets", "extras"),
 )
-_KEPT = ("tests", "tests.faults", "tests.faults.trials", "tests.mutants", "support", "support.changed_places")
+_KEPT = (
+    *("tests", "tests.faults", "tests.faults.trials", "tests.faults.reached", "tests.mutants", "support"),
+    "support.changed_places",
+)
 # At most so many of the changes may survive.
 MOST_SURVIVORS = 0.15
 # Of CPU time: a child that computes on is noticed by that.
 _MOST_S, _MOST_TEST_S = 20, 240
+# Of time: a test that waits for ever is noticed by that.
+_MOST_WAIT_S = 1800
 # Runs pytest where a module is changed. Nothing of the tests is imported before.
 _RUN_TESTS = """
 import sys
@@ -55,6 +58,8 @@ if module:
 import pytest
 sys.exit(pytest.main(sys.argv[5:]))
 """
+# What pytest returns where the names of tests are wrong, or there are none.
+_NO_TESTS = (4, 5)
 # What a child prints of a change that nothing noticed.
 _SURVIVES = "-"
 
@@ -141,7 +146,7 @@ def _in_child(job: Callable[[], str], most_s: float) -> str:
     return said or "killed"
 
 
-def by_room(place: Place, seeds: int) -> str:
+def by_room(place: Place, seeds_of: Mapping[str, Sequence[int]]) -> str:
     """What of the room notices a change: a scenario, its seed and the promise."""
 
     def job() -> str:
@@ -149,70 +154,76 @@ def by_room(place: Place, seeds: int) -> str:
         from tests.faults.run import _give_up, run
 
         signal.signal(signal.SIGVTALRM, _give_up)
-        folder = place.file.relative_to(_SOURCE).parts[0]
-        for first in range(0, seeds, 10):
-            for kind in SCENARIOS_OF[folder]:
-                for seed in range(first, min(first + 10, seeds)):
-                    signal.setitimer(signal.ITIMER_VIRTUAL, _MOST_S)
-                    broken = run(kind, seed).broken
-                    if broken is not None:
-                        return f"{kind} {seed} {getattr(broken, 'promise', type(broken).__name__)}"
+        for kind, seeds in seeds_of.items():
+            for seed in seeds:
+                signal.setitimer(signal.ITIMER_VIRTUAL, _MOST_S)
+                broken = run(kind, seed).broken
+                if broken is not None:
+                    return f"{kind} {seed} {getattr(broken, 'promise', type(broken).__name__)}"
         return _SURVIVES
 
     return _in_child(job, 10_000)
 
 
-def tests_of(place: Place) -> list[str]:
-    """The files of tests that name the changed module, the nearest first."""
-    own = _TESTS / place.file.relative_to(_SOURCE).parent
-    files = [file for file in sorted(_TESTS.rglob("test_*.py")) if "browser" not in file.parts]
-    stem = place.file.stem
-    naming = []
-    for file in files:
-        text = file.read_text(encoding="utf-8")
-        is_named = place.module in text or (f"from {place.module.rpartition('.')[0]} import" in text and stem in text)
-        is_own = own in file.parents and stem in file.stem
-        if is_named or is_own:
-            naming.append((own not in file.parents, not is_own, str(file)))
-    return [file for _, _, file in sorted(naming)][:8]
-
-
-def by_tests(place: Place) -> str:
-    """Which test notices a change."""
-    files = tests_of(place)
-    if not files:
+def by_tests(place: Place, tests: Sequence[str]) -> str:
+    """Which of these tests notices a change."""
+    if not tests:
         return _SURVIVES
-    test = _failing_test(files, place)
+    test = _failing_test(tests, place)
     if test == _SURVIVES or _failing_test((test,)) == _SURVIVES:
         return test
     sys.exit(f"{test} fails though nothing is changed")
 
 
-def _failing_test(files: Sequence[str], place: Place | None = None) -> str:
+def _failing_test(tests: Sequence[str], place: Place | None = None) -> str:
     """The first test that fails where a place is changed, or nothing.
 
     It runs in a process of its own, which has imported nothing: pytest rewrites modules when they are imported.
     """
     options = ["-x", "-q", "-rfE", "-p", "no:cacheprovider", "-n", "0", "--hypothesis-profile", "few"]
     change = [place.module, str(place.file), str(place.number)] if place else ["", "", "0"]
-    command = [sys.executable, "-c", _RUN_TESTS, str(_TESTS / "support"), *change, *options, *files]
+    command = [sys.executable, "-c", _RUN_TESTS, str(_TESTS / "support"), *change, *options, *tests]
     limit = partial(resource.setrlimit, resource.RLIMIT_CPU, (_MOST_TEST_S, resource.RLIM_INFINITY))
-    done = subprocess.run(command, cwd=_ROOT, capture_output=True, text=True, preexec_fn=limit, check=False)
+    try:
+        done = subprocess.run(
+            command, cwd=_ROOT, capture_output=True, text=True, preexec_fn=limit, check=False, timeout=_MOST_WAIT_S
+        )
+    except subprocess.TimeoutExpired:
+        return tests[0]
     if done.returncode == 0:
         return _SURVIVES
-    found = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.MULTILINE)
+    if done.returncode in _NO_TESTS and not place:
+        sys.exit(done.stdout[-2000:])
+    found = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", done.stdout, re.MULTILINE)
     # A change may end the process, or have it compute on.
-    return found[1] if found else files[0]
+    return found[1] if found else tests[0]
+
+
+def noticed_by(place: Place, reach: Reach, most_seeds: int, tests: bool) -> tuple[str, str]:
+    """What notices a change, and which seed or test of it."""
+    reaching = {kind: reach.seeds(kind, place.file, place.line) for kind in _KINDS}
+    first = {kind: seeds[:_FIRST_SEEDS] for kind, seeds in reaching.items() if seeds}
+    more = {kind: [seed for seed in range(most_seeds) if seed not in seeds] for kind, seeds in first.items()}
+    said = by_room(place, first)
+    if said != _SURVIVES:
+        return "room", said
+    if tests:
+        said = by_tests(place, reach.tests(place.file, place.line))
+        if said != _SURVIVES:
+            return "tests", said
+    said = by_room(place, more)
+    return "room" if said != _SURVIVES else "nothing", said
 
 
 def main(count: int, seed: int, seeds: int, folders: tuple[str, ...], tests: bool = True) -> int:
     """Try changes, print what survives, and return 1 where too many do."""
-    chosen = drawn(count, seed, folders or tuple(SCENARIOS_OF))
+    chosen = drawn(count, seed, folders or FOLDERS)
+    reach = Reach(_KINDS)
     # What the children import anew is motorcade and the scenarios; all libraries are there.
     import pytest  # noqa: F401
     from tests.faults.run import run
 
-    for kind in {kind for kinds in SCENARIOS_OF.values() for kind in kinds}:
+    for kind in _KINDS:
         broken = run(kind, 0).broken
         if broken:
             print(f"{kind} 0 is broken though nothing is changed: {broken}")
@@ -220,11 +231,7 @@ def main(count: int, seed: int, seeds: int, folders: tuple[str, ...], tests: boo
     noticed: Counter[str] = Counter()
     for number, place in enumerate(chosen, 1):
         begin_s = time.monotonic()
-        said = by_room(place, seeds)
-        by = "room"
-        if said == _SURVIVES and tests:
-            said, by = by_tests(place), "tests"
-        by = by if said != _SURVIVES else "nothing"
+        by, said = noticed_by(place, reach, seeds, tests)
         noticed[by] += 1
         took_s = time.monotonic() - begin_s
         print(f"{number}/{len(chosen)} {by} | {said} | {took_s:.0f} s | {place.line} | {place.name}", flush=True)

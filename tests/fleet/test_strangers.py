@@ -13,9 +13,11 @@ from motorcade.fleet.places import CAR, CLASS, DRIVE, SERVICE, network_place
 from motorcade.words.request import STOP
 from support.driven_car import DrivenCar
 from support.rooms import in_loop, server, simulated_cars
-from support.waiting import until
+from support.waiting import DEADLINE_S, until
 
 HOST = "127.0.0.1"
+# A busy machine asks two thousand places for long.
+PATIENCE_S = 10 * DEADLINE_S
 
 
 def found(host, port, kind, telemetry=0):
@@ -57,7 +59,7 @@ async def cars_after(lies, port):
         for place in lies(port, int(mute.rpartition(":")[2])):
             cars.add(place)
         yield cars
-        await until(lambda: (cars.problem is None) == (lies is not more_than_is_kept))
+        await until(lambda: (cars.problem is None) == (lies is not more_than_is_kept), PATIENCE_S)
 
 
 @pytest.mark.parametrize("lies", EVERYTHING)
@@ -66,12 +68,12 @@ async def test_whatever_is_announced_before_it_a_car_is_stopped(lies):
     with simulated_cars(1) as (car,):
         port = int(car.address.rpartition(":")[2])
         async with cars_after(lies, port) as cars:
-            await until(lambda: car.wheels != (0, 0))
+            await until(lambda: car.wheels != (0, 0), PATIENCE_S)
             cars.order(STOP)
             if lies not in (as_a_class, as_drive_servers):
                 cars.add(found(HOST, port, CAR))
-            await until(lambda: car.wheels == (0, 0))
-            await until(lambda: [each.state for each in cars.statuses() if not each.away] == ["stopped"])
+            await until(lambda: car.wheels == (0, 0), PATIENCE_S)
+            await until(lambda: [each.state for each in cars.statuses() if not each.away] == ["stopped"], PATIENCE_S)
             assert [each.place.kind for each in cars.named(["car-0"])] == [CAR]
 
 
@@ -82,8 +84,8 @@ async def test_whatever_is_announced_before_it_a_drive_server_is_stopped(lies):
         async with cars_after(lies, car.port) as cars:
             cars.order(STOP)
             cars.add(found(HOST, car.port, DRIVE, car.telemetry_port))
-            await until(lambda: car.control.telemetry().state == "stopped")
-            await until(lambda: [each.state for each in cars.statuses() if not each.away] == ["stopped"])
+            await until(lambda: car.control.telemetry().state == "stopped", PATIENCE_S)
+            await until(lambda: [each.state for each in cars.statuses() if not each.away] == ["stopped"], PATIENCE_S)
 
 
 @in_loop

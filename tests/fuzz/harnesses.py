@@ -1,4 +1,7 @@
-"""What comes from others, one program for each kind: whatever comes, the answer is a sentence or the thing itself."""
+"""What comes from others, one program for each kind: whatever comes, the answer is a sentence or the thing itself.
+
+Those of files that only commands open are in `tests.fuzz.files`.
+"""
 
 import asyncio
 import hashlib
@@ -9,19 +12,17 @@ import tempfile
 import zipfile
 from base64 import b64decode
 from binascii import crc32
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from random import Random
 from typing import Any
 
 import msgspec
-from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from starlette.websockets import WebSocketDisconnect
-from tests.fuzz import documents
+from tests.fuzz import documents, files
 from tests.fuzz.documents import damaged
+from tests.fuzz.making import HARNESSES, harness, refused
 
 from motorcade.car import brain, frames
 from motorcade.car.senses import NOTHING
@@ -33,7 +34,6 @@ from motorcade.config.profile import built_in_profile, levels_of
 from motorcade.drive.keys import RevokedKeys, read_revoked
 from motorcade.engine.saving import MAGIC
 from motorcade.engine.world import World
-from motorcade.errors import MotorcadeError
 from motorcade.fleet.places import read_list, safe_name
 from motorcade.lab.capsule import verify, write_capsule
 from motorcade.lab.plan import Plan
@@ -52,7 +52,7 @@ from motorcade.server.remote import NEWEST, PageSession
 from motorcade.server.request_filter import ServerSettings
 from motorcade.service.documents import open_file, open_text, project_text
 from motorcade.service.messages import Blocks, decode
-from motorcade.service.programs import compile_blocks, error_answer
+from motorcade.service.programs import compile_blocks
 from motorcade.service.studio_world import open_world
 from motorcade.service.world_messages import WorldMessage
 from motorcade.service.world_session import WorldSession
@@ -66,39 +66,15 @@ from motorcade.words.ticks import later_ms
 from support.classrooms import MAT as NO_MAT
 from support.classrooms import with_pupils
 from support.recorded_run import record, world
-from support.soak import SOAK
 from support.socketless_car import SocketlessCar, ask, command, receive
 from support.strategies import tagged_frames
 from support.upload_ends import NO_PROGRAM, ReceivingCar, events_of, images
 
+__all__ = ["HARNESSES", "files"]
+
 PROFILE = built_in_profile("classroom")
 LEVELS = levels_of(PROFILE)
-HARNESSES: dict[str, Any] = {}
 BITS = st.integers(0, (1 << 32) - 1)
-
-
-def harness(*arguments: Any) -> Callable[[Callable[..., None]], Any]:
-    """Make a function of such arguments a test by Hypothesis, whose ``fuzz_one_input`` takes bytes."""
-
-    def made(function: Callable[..., None]) -> Any:
-        few = settings(max_examples=1000 if SOAK else 8, suppress_health_check=list(HealthCheck))
-        HARNESSES[function.__name__] = few(given(*arguments)(function))
-        return HARNESSES[function.__name__]
-
-    return made
-
-
-@contextmanager
-def refused() -> Iterator[None]:
-    """Where Motorcade refuses, it says why, in each language."""
-    try:
-        yield
-    except MotorcadeError as problem:
-        answer = error_answer(problem)
-    else:
-        return
-    assert msgspec.json.encode(answer)
-    assert all(answer.sentence.values())
 
 
 @harness(st.lists(st.tuples(tagged_frames() | BITS, st.integers(0, 40_000), st.integers(0, 1)), max_size=20))

@@ -22,7 +22,7 @@ from motorcade.mats.document import mat_of
 from motorcade.runs import mcap_file
 from motorcade.runs.recorder import Recorder, open_recording
 from motorcade.runs.recording import Description, InMemoryRecording
-from support.recorded_run import MAT, crowd, record, world
+from support.recorded_run import MAT, crowd, read_mcap, record, world, write_mcap
 
 EXACT = ("word", "runs", "wheels", "led", "sends")
 
@@ -362,3 +362,35 @@ def test_a_small_file_that_would_become_gigabytes_is_read_in_little_memory(
         assert tracemalloc.get_traced_memory()[1] < 1 << 25
     finally:
         tracemalloc.stop()
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ('"wheels"', '"whales"'),
+        ('"wheels":[2,', '"wheels":['),
+        ('"led":[0', '"led":[400'),
+        ('"t_ms":200', '"t_ms":null'),
+    ],
+)
+def test_a_message_that_somebody_has_made_ends_a_recording_as_a_cut_does(before, after, folder, kept, tmp_path):
+    messages, about = read_mcap(folder / "run.mcap")
+    cars = [at for at, (topic, _) in enumerate(messages) if topic == "/cars"]
+    topic, text = messages[cars[2]]
+    assert before in text
+    messages[cars[2]] = topic, text.replace(before, after)
+    write_mcap(tmp_path / "made.mcap", messages, about)
+    recording = open_recording(tmp_path / "made.mcap")
+    assert [moment.t_ms for moment in recording.moments()] == [0, 100]
+    assert recording.damage.code == "recording-cut-off"
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("cars", '"six"'), ("every_ms", "0"), ("leaders", "[6]"), ("images", '["00"]'), ("seeds", "[1.5]")],
+)
+def test_a_run_that_is_described_wrongly_is_refused(name, value, folder, kept, tmp_path):
+    messages, about = read_mcap(folder / "run.mcap")
+    write_mcap(tmp_path / "made.mcap", messages, about | {name: value})
+    with pytest.raises(MotorcadeError):
+        open_recording(tmp_path / "made.mcap")

@@ -22,6 +22,7 @@ from motorcade.engine.simulated_drive import DrivenCars
 from motorcade.locales import catalogue, languages
 from motorcade.mats import Mat, Pose, Starts
 from motorcade.service.studio_world import StudioWorld
+from motorcade.service.thoughts import THOUGHTS
 from motorcade.service.world_messages import Move, Reset, Seek, Speak, StepWorld, Watch
 from motorcade.service.world_session import WorldSession
 from motorcade.words.infrared import tag_of, word_of
@@ -32,7 +33,8 @@ from support.soak import SOAK
 from support.worlds import Case, CrowdedWorld, cases
 
 EVERY_MS = 100
-RECENT_MS, THOUGHTS_FROM_MS = 4000, 1500
+THOUGHTS_FROM_MS = 1500
+RUNNING_THOUGHTS = ("blocked", "blockedByCar", "noLine", "damaged")
 MOST_THOUGHTS = 5
 LEVELS = ("start", "words")
 ACTIVITIES = {0: "forward", 1: "left", 2: "right"}
@@ -171,46 +173,15 @@ class Look:
             assert shown == (truth.words[car] if truth.words[car] in words[1:] else None)
 
     def _thoughts(self, thoughts: list[tuple[int, str]], truth: Truth, t_ms: int, past: bool) -> None:
-        texts = catalogue(self.language)["page"]["mat"]["thoughts"]
-        names = {text: name for name, text in texts.items()}
+        """What cars think is what their answers to 'Why?' say, and nobody thinks who runs a word and isn't stuck."""
+        names = {text: name for name, text in catalogue(self.language)["page"]["mat"]["thoughts"].items()}
         assert t_ms >= THOUGHTS_FROM_MS or not thoughts
-        plain = self.witness.plain
-        lately = [
-            {kind for kind, _ in self.witness.happened(t_ms - RECENT_MS, t_ms, car)} for car in range(len(plain.boards))
-        ]
-        sent = {car for car, kinds in enumerate(lately) if FRAME in kinds}
-        has_heard = {car for car, kinds in enumerate(lately) if HEARD in kinds}
-        wonder = {
-            car
-            for car, board in enumerate(plain.boards)
-            if not truth.running[car] and (board.is_leader or car not in has_heard)
-        }
-        if past and t_ms >= THOUGHTS_FROM_MS:
-            assert len(thoughts) == min(len(wonder), MOST_THOUGHTS)
-        assert {car for car, text in thoughts if not names[text].startswith("blocked")} <= wonder
+        assert len(thoughts) <= MOST_THOUGHTS
         for car, text in thoughts:
-            mine = Counter(self.witness.happened(t_ms - RECENT_MS, t_ms, car))
-            name = names[text]
-            if name in ("blocked", "blockedByCar"):
-                continue
-            if name == "noProgram":
-                assert truth.no_program[car]
-                continue
-            assert not plain.boards[car].is_leader
-            range_um = self.range_mm * 1000
-            near = [k for k in sent - {car} if _squared(truth, k, car) <= (range_um + 2) ** 2]
-            far = [k for k in sent - {car} if _squared(truth, k, car) > (range_um - 2) ** 2]
-            assert {
-                "nothing": not sent,
-                "tooFar": bool(sent) and len(far) == len(sent - {car}),
-                "deaf": mine[LOST, "deaf"] > 0,
-                "collisions": mine[LOST, "collision"] > 2,
-                "waiting": bool(near),
-            }[name], name
-
-    @property
-    def range_mm(self) -> int:
-        return self.witness.plain.profile.infrared.range_mm
+            assert not truth.running[car] or names[text] in RUNNING_THOUGHTS
+            assert names[text] != "noProgram" or truth.no_program[car]
+            if not past:
+                assert names[text] == THOUGHTS[self.on_page.session.world.why(car).code]
 
     def _lane(self, lane: dict[str, Any], t_ms: int) -> None:
         """The lane of the timeline: the word at the shown moment, and a mark wherever something happened."""
@@ -228,10 +199,6 @@ class Look:
 def _but_lost(claims: dict[str, int]) -> dict[str, int]:
     """Claims without that of missed words: `web/src/mat/missed.test.ts` compares these."""
     return {key: count for key, count in claims.items() if key != "lost"}
-
-
-def _squared(truth: Truth, one: int, other: int) -> int:
-    return (truth.x[one] - truth.x[other]) ** 2 + (truth.y[one] - truth.y[other]) ** 2
 
 
 @pytest.fixture(scope="module")

@@ -55,6 +55,11 @@ def chosen(document):
 IN_ZONE = {"kind": "in-zone", "zone": "z", "at": "always"}
 DISCS = [{"centre_m": [k, 199], "radius_m": 0.1} for k in range(200)]
 REFUSED = {
+    "too many cars": ("too-many-cars", SetWorld(mat(crowd=[{"cars": 2001}]))),
+    # Refused before a place for any car is searched for.
+    "far too many": ("too-many-cars", SetWorld(mat(crowd=[{"cars": 1e300}]))),
+    "401 discs": ("too-much-furniture", SetWorld(mat(disc=[{"centre_m": [9, 9], "radius_m": 1}] * 401, **FEW))),
+    "no mat": ("bad-mat", SetWorld({})),
     "10,000 walls": ("too-much-furniture", SetWorld(mat(wall=WALLS * 34, **FEW))),
     "long ways": ("too-much-furniture", SetWorld(mat(person=[PATH] * 3, **FEW))),
     "polygons": ("too-much-furniture", SetWorld(mat(polygon=[{"corners_m": CIRCLE}] * 5, **FEW))),

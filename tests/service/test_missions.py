@@ -167,7 +167,9 @@ def test_a_forbidden_kind_of_block_earns_no_star(ask):
     assert len(checked["goals"]) == len(mission.goals)
 
 
-@pytest.mark.parametrize("content", [b"", b"[1]", b'{"stars": 3}', b'{"stars": {"x": 3, "y": [1, 9, "2"]}}', b"\xff"])
+@pytest.mark.parametrize(
+    "content", [b"", b"[1]", b'{"stars": 3}', b'{"stars": {"x": 3, "y": [1, 9, "2"]}}', b"\xff", b"[" * 3000]
+)
 def test_a_damaged_file_of_stars_counts_as_far_as_it_is_valid(storage, tmp_path, content):
     (tmp_path / "library").mkdir()
     (tmp_path / "library" / "missions.json").write_bytes(content)

@@ -32,7 +32,7 @@ from motorcade.words.infrared import word_of
 SECONDS = 9
 DIAMETER_M = built_in_profile("classroom").body.diameter_mm / 1000
 LIGHTS = (led(1, 1), led(2, 2))
-HEARD = ("why-heard", "why-garbled", "why-behind-collision", "why-behind-sending")
+HEARD = ("why-heard", "why-waits", "why-garbled", "why-behind-collision", "why-behind-sending")
 CONTEXT = Context(Capabilities(False, False, False, 100), None, list)
 PLACES = st.tuples(st.integers(0, 60), st.integers(0, 60), st.integers(-170, 170)).map(
     lambda place: (place[0] / 20, place[1] / 20, place[2])

@@ -1,4 +1,4 @@
-"""A first visit: the page steps the opening's world until Python takes it over, bit for bit and without a jump.
+"""A first visit: the page shows a recorded world until Python takes it over, bit for bit and without a jump.
 
 The page's own code runs in Node (`support/first_world.mjs`), and Python's shell on this computer.
 """
@@ -10,12 +10,12 @@ from base64 import b64decode, b64encode
 from pathlib import Path
 
 import pytest
+from scripts.opening_recording import opening_recording
 
-from motorcade.browser.opening import opening_zip
 from motorcade.browser.shell import Shell
+from motorcade.browser.site import OPENING, zip_of
 from motorcade.browser.storage import BrowserStorage
 from motorcade.engine.events import LOST
-from motorcade.engine.linear_memory import PATH
 from motorcade.engine.moment import moment_bytes, unpack_events
 from motorcade.missions.check import open_worlds_here
 from motorcade.service.documents import example, opening
@@ -32,6 +32,8 @@ PLAY, PAUSE = {"do": "play", "speed": 1}, {"do": "pause"}
 MOVE = {"do": "move", "car": 1, "x_m": 0.5, "y_m": 0.5, "heading_deg": 90}
 # A call of the page's timer, as the page has it.
 FRAME_MS = 50
+# So long the recordings are.
+SECONDS = 6
 PROJECTS = {"opening": opening(), "herd": example("herd"), "ripple": example("ripple")}
 
 
@@ -53,8 +55,8 @@ class Visit:
 
     def __init__(self, folder, project):
         archive = folder / "opening.zip"
-        archive.write_bytes(opening_zip(project))
-        command = [str(Path(sys.executable).with_name("node")), str(SCRIPT), str(archive), str(PATH)]
+        archive.write_bytes(zip_of({"opening.json": opening_recording(project, SECONDS).encode()}))
+        command = [str(Path(sys.executable).with_name("node")), str(SCRIPT), str(archive)]
         self._node = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8", bufsize=1
         )
@@ -164,8 +166,7 @@ def test_pause_speed_and_a_new_beginning_need_no_python(visit):
     paused_ms = visit.told["state"]["t_ms"]
     assert paused_ms > 3000
     visit.pass_time(500)
-    visit.say({"do": "step", "ticks": 5})
-    assert visit.told["state"]["t_ms"] == paused_ms + 5
+    assert visit.told["state"]["t_ms"] == paused_ms
     visit.say({"do": "reset", "seed": 0})
     assert (visit.told["state"]["t_ms"], visit.told["state"]["playing"]) == (0, False)
     visit.pictures.clear()
@@ -180,6 +181,20 @@ def test_pause_speed_and_a_new_beginning_need_no_python(visit):
     visit.say(PLAY)
     visit.pass_time(500)
     assert visit.worlds[0].now_ms > paused_ms
+
+
+def test_a_world_whose_recording_has_ended_waits_for_python(visit):
+    visit.say(visit.message, PLAY)
+    visit.pass_time((SECONDS + 2) * 1000)
+    assert header_of(visit.pictures[-1]).t_ms == SECONDS * 1000
+    visit.start_python()
+    visit.pass_time(1000)
+    assert header_of(visit.pictures[-1]).t_ms > (SECONDS + 0.5) * 1000
+    assert_continues(visit)
+
+
+def test_the_shipped_recording_is_that_of_the_opening():
+    assert OPENING.read_text(encoding="utf-8") == opening_recording()
 
 
 def test_what_only_python_can_do_happens_at_the_tick_at_which_it_was_asked_for(visit):

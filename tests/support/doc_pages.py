@@ -3,7 +3,8 @@
 A fence's info string says what a block is:
 
 - ``console``: lines after ``$ `` are commands, run one after the other on a terminal; the other lines must stand in
-  what they print, with ``…`` for whatever is in between. Each must end well.
+  what they print, with ``…`` for whatever is in between. Each must end well. Motorcade's own command runs in the
+  process of the tests, since a process for each would start Python and import all anew.
 - ``{.console .stays}``: the last command is still there for the blocks behind it.
 - ``{.console .needs-car}``, ``{.console .needs-board}``: hardware is needed, so each must end by not finding its port.
 - ``{.console .installs}``: sets up Motorcade itself. What follows runs with the extras that ``pip install`` names, and
@@ -26,10 +27,12 @@ from collections.abc import Iterator
 from contextlib import ExitStack, chdir, contextmanager, nullcontext
 from pathlib import Path
 from typing import NamedTuple
+from unittest import mock
 
 import pytest
 
 from motorcade import __version__
+from support.command_line import Terminal, run
 from support.page_environment import make_environment
 from support.waiting import DEADLINE_S
 
@@ -145,7 +148,10 @@ class Reader:
         words = shlex.split(command, comments=True)
         if "installs" in classes:
             return self._install(words)
-        code, printed = self._on_a_terminal(words)
+        if words[0] == "motorcade" and not self._programs:
+            code, printed = self._in_this_process(words[1:])
+        else:
+            code, printed = self._on_a_terminal(words)
         assert code == expected, f"'{command}' ended with {code}:\n{printed}"
         return printed
 
@@ -167,6 +173,11 @@ class Reader:
         else:
             assert words in (["python3", "-m", "venv", ".venv"], [".", ".venv/bin/activate"]), f"how is {words} tried?"
         return ""
+
+    def _in_this_process(self, arguments: list[str]) -> tuple[int, str]:
+        with chdir(self.folder), mock.patch.dict(os.environ, self._environment):
+            ran = run(*arguments, stdout=Terminal())
+        return ran.code, ran.out + ran.err
 
     def _on_a_terminal(self, words: list[str]) -> tuple[int, str]:
         import pty

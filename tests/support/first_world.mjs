@@ -1,6 +1,6 @@
 // The page's side of a first visit, without a browser: the page's own FirstWorld runs in Node, by a clock of the test.
 //
-// Started with the paths of opening.zip and engine.wasm. It reads one JSON object a line from stdin: {send}: a message of
+// Started with the path of opening.zip. It reads one JSON object a line from stdin: {send}: a message of
 // the page, as text; {advance_ms}: time passes; {open}: Python is ready; {lose}: it is lost; {texts, pictures}: what Python sends, pictures
 // as base64. After each it writes a line: what the page got (texts as they are, pictures as base64 in a list), and what
 // Python got.
@@ -10,7 +10,7 @@ import { createInterface } from "node:readline";
 import { dirname, join } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
 
-const [zip, wasm] = process.argv.slice(2);
+const [zip] = process.argv.slice(2);
 const web = join(dirname(fileURLToPath(import.meta.url)), "../../web");
 const { createServer } = await import(pathToFileURL(join(web, "node_modules/vite/dist/node/index.js")).href);
 const vite = await createServer({
@@ -38,7 +38,7 @@ globalThis.fetch = async (path) => new Response(await readFile(path));
 const page = [];
 let python = [];
 let listeners = null;
-const opening = await Opening.load((name) => (name.endsWith(".zip") ? zip : wasm));
+const opening = await Opening.load(() => zip);
 const got = (data) => page.push(typeof data === "string" ? data : [Buffer.from(data).toString("base64")]);
 const world = new FirstWorld(opening, "ab".repeat(16), { onOpen: () => undefined, onMessage: got, onClose: () => undefined }, (given) => {
   listeners = given;

@@ -1,6 +1,7 @@
 """An instance of engine.wasm as a browser's worker passes it to Python, made of wasmtime."""
 
 import ctypes
+from functools import cache
 from typing import Any, cast
 
 import wasmtime
@@ -8,8 +9,13 @@ import wasmtime
 from motorcade.engine.linear_memory import PATH, section_text
 
 _PAGE = 1 << 16
-_ENGINE = wasmtime.Engine()
-_MODULE = wasmtime.Module(_ENGINE, PATH.read_bytes())
+
+
+@cache
+def _compiled() -> tuple[wasmtime.Engine, wasmtime.Module]:
+    """The compiled module. Not at import: every process that runs tests imports this file."""
+    engine = wasmtime.Engine()
+    return engine, wasmtime.Module(engine, PATH.read_bytes())
 
 
 class MockView:
@@ -30,9 +36,10 @@ class MockInstance:
     """What `web/src/site/engine.ts` gives; ``calls`` counts the calls by name."""
 
     def __init__(self) -> None:
-        self._store = wasmtime.Store(_ENGINE)
+        engine, module = _compiled()
+        self._store = wasmtime.Store(engine)
         # The module decides what each of its exports is.
-        self._exports = cast(Any, wasmtime.Instance(self._store, _MODULE, []).exports(self._store))
+        self._exports = cast(Any, wasmtime.Instance(self._store, module, []).exports(self._store))
         self._memory = self._exports["memory"]
         self.heap = self._exports["__heap_base"].value(self._store)
         self.section = section_text()

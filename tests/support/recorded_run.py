@@ -3,6 +3,8 @@
 from typing import Any
 
 import numpy as np
+from mcap.reader import make_reader
+from mcap.writer import Writer
 
 from motorcade.engine.moment import COLUMNS, Moment
 from motorcade.engine.world import World
@@ -66,3 +68,25 @@ def crowd(cars, moments):
         shown = shown._replace(word=word_now, led=np.full(len(xs), 4, np.uint8), sends=leads)
         recording.write(shown)
     return recording
+
+
+def read_mcap(path):
+    """The messages of a recording as topics and texts, and what it says of itself."""
+    with path.open("rb") as file:
+        reader = make_reader(file)
+        messages = [(channel.topic, message.data.decode()) for _, channel, message in reader.iter_messages()]
+        return messages, next(iter(reader.iter_metadata())).metadata
+
+
+def write_mcap(path, messages, about):
+    """Write a whole file whose messages may be anything."""
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        writer.add_metadata("motorcade", about)
+        schema = writer.register_schema("x", "jsonschema", b"{}")
+        channels = {topic: writer.register_channel(topic, "json", schema) for topic, _ in messages}
+        for number, (topic, text) in enumerate(messages):
+            at_ns = number * 10_000_000
+            writer.add_message(channels[topic], at_ns, text.encode(errors="surrogatepass"), at_ns)
+        writer.finish()

@@ -1,15 +1,7 @@
-/** What the plugin `texts` of vite.config.ts makes of the languages' files. */
+/** What plugins of vite.config.ts make. */
 
-declare module "virtual:texts/studio" {
-  type Page = (typeof import("../../src/motorcade/locales/en.json"))["page"];
-  export type Texts = Omit<Page, "remote" | "class" | "cars" | "network" | "errors">;
-  const languages: Record<string, { name: string; texts: Texts }>;
-  export default languages;
-}
-
-declare module "virtual:texts/remote" {
-  export type Texts = (typeof import("../../src/motorcade/locales/en.json"))["page"]["remote"];
-  const languages: Record<string, { name: string; texts: Texts }>;
+declare module "virtual:texts/*" {
+  const languages: import("./i18n").Languages;
   export default languages;
 }
 
@@ -18,22 +10,4 @@ declare module "virtual:pyodide" {
   export const folder: string;
   /** The name of msgspec's wheel in it. */
   export const wheel: string;
-}
-
-declare module "virtual:texts/cars" {
-  export type Texts = (typeof import("../../src/motorcade/locales/en.json"))["page"]["cars"];
-  const languages: Record<string, { name: string; texts: Texts }>;
-  export default languages;
-}
-
-declare module "virtual:texts/network" {
-  export type Texts = (typeof import("../../src/motorcade/locales/en.json"))["page"]["network"];
-  const languages: Record<string, { name: string; texts: Texts }>;
-  export default languages;
-}
-
-declare module "virtual:texts/class" {
-  export type Texts = (typeof import("../../src/motorcade/locales/en.json"))["page"]["class"];
-  const languages: Record<string, { name: string; texts: Texts }>;
-  export default languages;
 }

@@ -4,7 +4,9 @@ python.zip is the part of the package motorcade that runs there, and nothing els
 """
 
 import hashlib
+import io
 import json
+import zipfile
 from base64 import b64encode
 from collections.abc import Iterator
 from contextlib import suppress
@@ -13,7 +15,6 @@ from typing import Any
 
 import msgspec
 
-from motorcade.browser.opening import opening_zip, zip_of
 from motorcade.browser.shell import CAPABILITIES
 from motorcade.config.files import raised_as, replace_file
 from motorcade.errors import MotorcadeError, Phrase
@@ -25,8 +26,11 @@ from motorcade.service import documents, programs
 SHELL = ("browser/preload.py", "browser/shell.py")
 # The web app manifest without its texts.
 _MANIFEST = "manifest.json"
+# What a first visit finds, and its first seconds; `scripts/opening_recording.py` writes it.
+OPENING = PACKAGE / "browser" / "opening.json"
 # engine.wasm is a file of its own, so that the browser compiles it while it arrives.
-_LEFT_OUT = ("py.typed", "engine.wasm", _MANIFEST)
+_LEFT_OUT = ("py.typed", "engine.wasm", _MANIFEST, OPENING.name)
+_PACKED_AT = (1980, 1, 1, 0, 0, 0)
 # The build of the page writes them here.
 PAGE = PACKAGE / "server" / "page"
 # The list of a site's files, by which `motorcade site` knows a folder that it may write again.
@@ -49,6 +53,18 @@ POLICY = (
     "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; media-src 'self' data: blob:; "
     "font-src 'self' data:; manifest-src 'self'; base-uri 'none'; form-action 'none'"
 )
+
+
+def zip_of(files: dict[str, bytes]) -> bytes:
+    """Return a ZIP archive of files by name. The same files give the same bytes, on every system."""
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w") as archive:
+        for name, data in files.items():
+            info = zipfile.ZipInfo(name, _PACKED_AT)
+            info.external_attr = 0o644 << 16
+            info.create_system = 3
+            archive.writestr(info, data, zipfile.ZIP_DEFLATED, 9)
+    return packed.getvalue()
 
 
 def python_zip(package: Path = PACKAGE) -> bytes:
@@ -101,7 +117,7 @@ def site_files(page: Path = PAGE) -> dict[str, bytes]:
     python = {"python.zip": python_zip(), "engine.wasm": (PACKAGE / "engine" / "engine.wasm").read_bytes()}
     for name, answer in _FIRST_ANSWERS.items():
         python[f"start/{name}.json"] = msgspec.json.encode(answer())
-    python["start/opening.zip"] = opening_zip(documents.opening())
+    python["start/opening.zip"] = zip_of({OPENING.name: OPENING.read_bytes()})
     # The folder's name changes with its content, so that no page ever has Python of another build.
     folder = f"python-{hashlib.sha256(_list_of(python)).hexdigest()[:12]}/"
     files.update({folder + name: data for name, data in python.items()})

@@ -7,6 +7,7 @@ from motorcade.devices.declaration import (
     Device,
     Input,
     Method,
+    Option,
     Part,
     Role,
     Sense,
@@ -81,6 +82,8 @@ FLOOR = Device(
             (Role("left", False, "DO, TCRT5000 left"), Role("right", False, "DO, TCRT5000 right")),
             supply_5_v="5 V, GND",
             read_by="dark_floor",
+            # The level of a sensor's pin over dark floor.
+            options=(Option("dark_is", ("high", "low")),),
         ),
     ),
     things=(

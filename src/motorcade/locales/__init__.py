@@ -13,7 +13,7 @@ A file has these parts:
 - ``meanings``: what each field of Motorcade's words means.
 - ``page``: the texts of the page; ``page.errors`` replaces a sentence of ``errors`` that speaks of the command line.
 
-``str.format`` fills the braces; the page's own texts have double braces, which i18next fills.
+``str.format`` fills the braces; the page's own texts have double braces, which the page fills.
 """
 
 import errno

@@ -8,10 +8,10 @@ import json
 import math
 import os
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, TypeVar
 
 import numpy as np
 import zstandard
@@ -42,6 +42,7 @@ from motorcade.runs.recording import (
     rgb,
 )
 
+_T = TypeVar("_T")
 _CHUNK_BYTES = 1 << 18
 # A moment of a million cars has about 100 MB.
 MOST_CONTENT_BYTES = 1 << 28
@@ -185,7 +186,10 @@ _EVENTS = {
     "type": "object",
     "properties": {"events": {"type": "array", "items": {"type": "object", "properties": _EVENT}}},
 }
-_DAMAGE = (McapError, ZstdError, struct.error, ValueError, KeyError, RuntimeError, TypeError, MemoryError)
+_DAMAGE = (
+    *(McapError, ZstdError, struct.error, ValueError, LookupError, RuntimeError, TypeError, AttributeError),
+    *(ArithmeticError, MemoryError),
+)
 
 
 class McapSink(Sink):
@@ -321,18 +325,24 @@ class McapRecording:
 
     def moments(self) -> Iterator[Moment]:
         counts: dict[str, int] = {}
-        for topic, message in self._messages("/counts", "/cars"):
-            which = {name: message.pop(name) for name in ("t_ms", *WHICH)}
+
+        def read(topic: str, message: dict[str, Any]) -> Iterator[Moment]:
+            which = {name: int(message.pop(name)) for name in ("t_ms", *WHICH)}
             if topic == "/counts":
-                counts = message
-                continue
-            columns: dict[str, Any] = {
-                name: np.array(message[column.recorded], column.packed) for name, column in COLUMNS.items()
-            }
-            yield Moment(**which, **columns, counts=counts)
+                counts.clear()
+                counts.update(message)
+                return
+            columns: dict[str, Any] = {}
+            for name, column in COLUMNS.items():
+                columns[name] = np.array(message[column.recorded], column.packed)
+                if columns[name].shape != (self.about.cars,):
+                    raise ValueError(f"{name} has another number of cars")
+            yield Moment(**which, **columns, counts=dict(counts))
+
+        return self._read(read, "/counts", "/cars")
 
     def events(self) -> Iterator[NDArray[np.void]]:
-        for _, message in self._messages("/events"):
+        def read(topic: str, message: dict[str, Any]) -> Iterator[NDArray[np.void]]:
             batch = message["events"]
             events = np.zeros(len(batch), EVENT)
             for name in ("t_ms", "car", "word", "other", *WHICH):
@@ -341,7 +351,10 @@ class McapRecording:
             events["why"] = [LOSS_REASONS.index(event["why"]) for event in batch]
             yield events
 
-    def _messages(self, *topics: str) -> Iterator[tuple[str, dict[str, Any]]]:
+        return self._read(read, "/events")
+
+    def _read(self, read: Callable[[str, dict[str, Any]], Iterator[_T]], *topics: str) -> Iterator[_T]:
+        """Yield what ``read`` makes of the messages of these topics, up to the first that it can't read."""
         chosen: dict[int, str] = {}
         last_ms = 0
         with self._path.open("rb") as file:
@@ -351,7 +364,7 @@ class McapRecording:
                         chosen[record.id] = record.topic
                     elif isinstance(record, Message) and record.channel_id in chosen:
                         last_ms = record.log_time // 1_000_000
-                        yield chosen[record.channel_id], json.loads(record.data)
+                        yield from list(read(chosen[record.channel_id], json.loads(record.data)))
             except _DAMAGE:
                 self.damage = InputError("recording-cut-off", file=self.name, seconds=last_ms / 1000)
 

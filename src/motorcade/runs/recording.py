@@ -99,6 +99,13 @@ class Description:
         values["mat"] = mat_of(mat, Phrase("mat-named", name=mat["name"]))
         name = profile.pop("name")
         values["profile"] = profile_from_dict(profile, name)
+        whole = (values["cars"], values["every_ms"], *values["leaders"], *values["seeds"])
+        if not all(type(number) is int for number in whole) or values["every_ms"] < 1:
+            raise ValueError("a number of the run is no whole number")
+        if not all(0 <= leader < values["cars"] for leader in values["leaders"]):
+            raise ValueError("a leader is no car")
+        for image in values["images"]:
+            parse_image_bytes(bytes.fromhex(image))
         return cls(**values | {name: tuple(values[name]) for name in ("images", "leaders", "seeds")})
 
     def to_texts(self) -> dict[str, str]:

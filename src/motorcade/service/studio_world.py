@@ -14,7 +14,7 @@ from motorcade.config.profile import built_in_profile
 from motorcade.engine.events import FRAME as SENT
 from motorcade.engine.events import HEARD, LOSS_REASONS, LOST, START, STATE
 from motorcade.engine.moment import NO_INDEX, RUNS, Event, unpack_moment
-from motorcade.engine.pictures import Pictures
+from motorcade.engine.pictures import CarTally, Pictures
 from motorcade.engine.simulation import Simulation
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats import Mat, Pose, check_mat
@@ -25,7 +25,7 @@ from motorcade.missions.odds import OpenWorlds
 from motorcade.service.messages import MatDocument, MissionChoice
 from motorcade.service.missions import Referee, chosen_mission
 from motorcade.service.why import why
-from motorcade.service.world_messages import CarDetails, ReceivedFrame, SetWorld, WorldHello
+from motorcade.service.world_messages import CarDetails, ReceivedFrame, SetWorld, Why, WorldHello
 from motorcade.words.formats import CONTROL, FRAME
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.infrared import word_of
@@ -60,6 +60,7 @@ class StudioWorld:
         cars: how many there are.
         tick_ms: the length of a tick.
         radius_m: of the body of each car.
+        words: those of the first image, the header first.
         referee: watches the goals of the world's mission; None where it has none.
     """
 
@@ -70,6 +71,7 @@ class StudioWorld:
         self.radius_m = world.profile.body.diameter_mm / 2000
         self.simulation = world
         self._steering = steering
+        self.words = bytes_to_words(world.images[0])
         self.pictures = Pictures(world)
 
     @property
@@ -122,10 +124,6 @@ class StudioWorld:
         if leads:
             holds = bool(runs)
         counted = self.pictures.counted(car)
-        last = None
-        if counted.heard:
-            last = _received(counted.last_word, counted.last_sender, counted.last_ms)
-        driven = car in self.driven()
         return CarDetails(
             car=car,
             leads=leads,
@@ -135,9 +133,16 @@ class StudioWorld:
             frames=counted.frames,
             heard=counted.heard,
             lost=counted.lost,
-            last_frame=last,
-            why=why(world, self.pictures, car, driven=driven, lost=counted.lost, last_frame=last),
+            last_frame=_last_frame(counted),
+            why=self.why(car),
         )
+
+    def why(self, car: int) -> Why:
+        """Return why a car does what it does."""
+        counted = self.pictures.counted(car)
+        driven = car in self.driven()
+        last = _last_frame(counted)
+        return why(self.simulation, self.pictures, car, driven=driven, lost=counted.lost, last_frame=last)
 
     def details_then(self, car: int, t_ms: int, moment: bytes, events: Sequence[Event]) -> CarDetails:
         """Return the details of a car at a stored moment; ``why`` is of the present.
@@ -157,7 +162,7 @@ class StudioWorld:
             word = begun.word
         # With several images the index may be of another one than the first.
         if index != NO_INDEX and len(self.simulation.images) == 1:
-            word = bytes_to_words(self.simulation.images[0])[index]
+            word = self.words[index]
         return structs.replace(
             now,
             **_shown_word(word, runs or not now.leads),
@@ -190,6 +195,13 @@ def _shown_word(word: int | None, is_held: bool) -> dict[str, Any]:
     if word is None or not is_held:
         return {"word": None, "values": None}
     return {"word": f"{word:08x}", "values": CONTROL.decode(word)._asdict()}
+
+
+def _last_frame(counted: CarTally) -> ReceivedFrame | None:
+    """The last frame that a car received; None where it received none."""
+    if counted.heard:
+        return _received(counted.last_word, counted.last_sender, counted.last_ms)
+    return None
 
 
 def _received(bits: int, sender: int, t_ms: int) -> ReceivedFrame:

@@ -2,12 +2,14 @@
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from functools import lru_cache
 from typing import Annotated, Any, Literal
 
 from msgspec import Meta, Struct
 
-from motorcade.car.brain import HOLDS, SLOT, WORD
+from motorcade.car.brain import FORWARD, HOLDS, RUNNING, SLOT, WORD
 from motorcade.config.profile import built_in_profile
+from motorcade.engine.floor import outside_um
 from motorcade.engine.moment import view_column
 from motorcade.engine.pictures import Near, Pictures
 from motorcade.engine.simulation import Simulation
@@ -48,6 +50,8 @@ _SIGHT_STEP_M = 0.02
 # The scale of the range's slider.
 _RANGE_STEP_MM = 50
 _FIELDS = {"forward": "FORWARD", "listen": "ACCEPT_IR"}
+# A car that stands, and has heard nothing for so long, waits for a message again.
+SILENT_MS = 4000
 
 
 def why(
@@ -72,11 +76,21 @@ def why(
         return _why(Phrase("why-driven"))
     if obstacle := _obstacle_of(world, car):
         return _against(obstacle, leaders)
+    word, runs = world.memory_of(car, (WORD, RUNNING))
+    if runs and follows_line(word) and not _sees_line(world, car):
+        return _why(Phrase("why-no-line"))
     if car in leaders:
+        if world.now_ms and not runs:
+            return _why(Phrase("why-no-program"))
         return _why(Phrase("why-leads"))
-    words = parse_image_bytes(world.images[0]).followers
+    words = _followers_words(world.images[0])
     if last_frame is not None:
-        return _heard(world, car, words, lost, last_frame)
+        waits = not runs and world.now_ms - last_frame.t_ms >= SILENT_MS
+        if waits:
+            senders, listeners = pictures.nearest(car)
+            if senders and all(sender.reach != "reaches" for sender in senders):
+                return _out_of_reach(world, senders, listeners)
+        return _heard(world, car, words, lost, last_frame, "why-waits" if waits else "why-heard")
     if not leaders:
         return _why(Phrase("why-no-leader"), "leader")
     if not words:
@@ -93,6 +107,38 @@ def why(
 
 def _why(phrase: Phrase, remedy: Remedy | Literal["", "followers"] = "", value: int = 0) -> Why:
     return Why(phrase.key, sentences(phrase), phrase.details.get("car"), remedy, value)
+
+
+@lru_cache(maxsize=64)
+def _followers_words(image: bytes) -> tuple[int, ...]:
+    """The words that an image has for followers; each answer needs them."""
+    return tuple(parse_image_bytes(image).followers)
+
+
+def follows_line(word: int) -> bool:
+    """Whether a car with a control word is to follow a line."""
+    values = CONTROL.decode(word)
+    is_ahead = values.motor_direction == FORWARD and values.motor_speed > 0
+    return bool(values.floor and values.motor_enable and is_ahead)
+
+
+def _sees_line(world: Simulation, car: int) -> bool:
+    """Whether something dark is under the floor sensors of a car, or between them."""
+    marks: Any = memoryview(world.backend.read(world.arrays().floor)).cast("d")
+    if not marks:
+        return False
+    shown = world.read_moment()
+    x_m, y_m, heading = (
+        view_column(name, world.backend.read(getattr(shown, name)[car : car + 1]))[0]
+        for name in ("x_m", "y_m", "heading")
+    )
+    sensors = world.profile.floor
+    ahead_x = math.cos(heading)
+    ahead_y = math.sin(heading)
+    middle_x = x_m * 1e6 + sensors.ahead_mm * 1000 * ahead_x
+    middle_y = y_m * 1e6 + sensors.ahead_mm * 1000 * ahead_y
+    away_um, _, _ = outside_um(middle_x, middle_y, 0.0, 0.0, ahead_x, ahead_y, marks)
+    return away_um <= sensors.apart_mm * 500
 
 
 def _obstacle_of(world: Simulation, car: int) -> Obstacle | None:
@@ -118,11 +164,14 @@ def _against(obstacle: Obstacle, leaders: list[int]) -> Why:
     return _why(Phrase("why-against-car", car=number), "remove-car", number)
 
 
-def _heard(world: Simulation, car: int, words: Sequence[int], lost: dict[str, int], heard: ReceivedFrame) -> Why:
+def _heard(
+    world: Simulation, car: int, words: Sequence[int], lost: dict[str, int], heard: ReceivedFrame, otherwise: str
+) -> Why:
     """Return the answer of a car that has received a frame: it may have lost what followed.
 
     Args:
         words: those that the image has for followers.
+        otherwise: the answer where nothing is wrong.
     """
     details = {"car": heard.car, "seconds": f"{(world.now_ms - heard.t_ms) / 1000:.1f}"}
     word, holds = world.memory_of(car, (WORD, HOLDS))
@@ -134,7 +183,7 @@ def _heard(world: Simulation, car: int, words: Sequence[int], lost: dict[str, in
     reason = max(_BEHIND, key=lambda name: lost[name])
     if holds and lost[reason] and _sent_now(world, words) not in (None, word):
         return _why(Phrase(_BEHIND[reason], **details))
-    return _why(Phrase("why-heard", **details))
+    return _why(Phrase(otherwise, **details))
 
 
 def _sent_now(world: Simulation, words: Sequence[int]) -> int | None:

@@ -234,6 +234,36 @@ class CarDetails(StreamAnswer, tag="car"):
     why: Why
 
 
+Thought = Literal[
+    "blockedByCar",
+    "blocked",
+    "noLine",
+    "hidden",
+    "outsideBeam",
+    "notPassedOn",
+    "tooFar",
+    "deaf",
+    "collisions",
+    "damaged",
+    "noProgram",
+    "nothing",
+    "waiting",
+]
+
+
+class CarThought(Struct):
+    """What a car thinks: the short form of its answer to 'Why?'."""
+
+    car: int
+    thought: Thought
+
+
+class Thoughts(StreamAnswer):
+    """What cars think at the shown time, the most telling thoughts first; the others think nothing."""
+
+    thoughts: list[CarThought]
+
+
 class GoalNow(Struct):
     """How it stands with a goal of the mission, and why, with numbers.
 
@@ -275,7 +305,7 @@ class Refused(StreamAnswer, tag="error"):
     sentence: Sentence
 
 
-WorldAnswer = WorldHello | State | CarDetails | Goals | Stopped | Refused
+WorldAnswer = WorldHello | State | CarDetails | Thoughts | Goals | Stopped | Refused
 
 
 # An upload, or the readback of a car's program.

@@ -21,11 +21,14 @@ from motorcade.service.history import (
     pack_picture,
 )
 from motorcade.service.studio_world import StudioWorld
+from motorcade.service.thoughts import Thinking
 from motorcade.service.world_messages import (
     CarDetails,
+    CarThought,
     Goals,
     State,
     StopCondition,
+    Thoughts,
     WorldAnswer,
     WorldHello,
     WorldMessage,
@@ -35,6 +38,8 @@ PICTURE_S = 1 / 30
 # The session makes no more pictures while the page has received so many that it has not drawn yet.
 MOST_PICTURES_UNDER_WAY = 2
 STATE_S, CAR_S = 0.25, 0.1
+# What the cars that are told of think, and what all others do.
+THOUGHTS_S, ALL_THOUGHTS_S = 0.1, 0.4
 # A page that has drawn nothing for so long is in the background: its world goes on in longer steps, which cost less.
 HIDDEN_AFTER_S, HIDDEN_STEP_S = 2.0, 0.2
 # A world that is late catches up with at most so much real time; the rest is dropped, so the world runs slower.
@@ -84,11 +89,13 @@ class WorldSession:
         self._world: StudioWorld | None = None
         self._watched: int | None = None
         self._due_s = self._state_due_s = self._car_due_s = float("-inf")
+        self._thoughts_due_s = self._all_thoughts_due_s = float("-inf")
         # When the page was last seen to draw.
         self._drew_s = float("-inf")
         # The numbers of the newest picture, and of the newest one that the page has drawn.
         self._numbered = self._drawn = 0
         self._told_goals: Goals | None = None
+        self._told_thoughts: list[CarThought] = []
         self._advanced_s: float | None = None
         self._shown_ms: int | None = None
         self._history = History(past_bytes)
@@ -125,7 +132,19 @@ class WorldSession:
             return [WorldHello(self.key, resumed, 0)]
         self._show_all()
         self._told_goals = None
-        return [self.world.hello(self.key, resumed), self.state(), *self._new_goals()]
+        self._told_thoughts = []
+        return [self.world.hello(self.key, resumed), self.state(), *self._new_goals(), *self._new_thoughts()]
+
+    def _new_thoughts(self, *, at_all: bool = True) -> list[WorldAnswer]:
+        """What cars think at the shown time, where that has changed; see `Thinking.look`."""
+        if self._shown_ms is None:
+            thoughts = self._thinking.look(at_all=at_all)
+        else:
+            thoughts = self._thinking.then(self._shown_ms)
+        if thoughts == self._told_thoughts:
+            return []
+        self._told_thoughts = thoughts
+        return [Thoughts(thoughts)]
 
     def _new_goals(self) -> list[WorldAnswer]:
         """How it stands with the mission's goals at the shown time, where that has changed."""
@@ -149,7 +168,7 @@ class WorldSession:
         if isinstance(message, world_messages.SetWorld):
             return self.begin(self.make_world(message))
         self._apply(message, self.world)
-        answers = [self.state(), *self._breakpoints.take(), *self._new_goals()]
+        answers = [self.state(), *self._breakpoints.take(), *self._new_goals(), *self._new_thoughts()]
         if car := self.car():
             answers.append(car)
         return answers
@@ -223,6 +242,12 @@ class WorldSession:
         if now_s >= self._car_due_s and (car := self.car()):
             self._car_due_s = now_s + CAR_S
             answers.append(car)
+        if now_s >= self._thoughts_due_s and not is_hidden:
+            self._thoughts_due_s = now_s + THOUGHTS_S
+            at_all = now_s >= self._all_thoughts_due_s
+            if at_all:
+                self._all_thoughts_due_s = now_s + ALL_THOUGHTS_S
+            answers += self._new_thoughts(at_all=at_all)
         return answers
 
     # Time.
@@ -272,6 +297,7 @@ class WorldSession:
             self.world.referee.restart()
         self._next_moment_ms = 0
         self._breakpoints = Breakpoints(self.world, conditions)
+        self._thinking = Thinking(self.world)
         self._store_moment()
         self._show_all()
 

@@ -13,7 +13,6 @@ from motorcade.words.infrared import frame_durations_us
 from support.waiting import wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="LIRC is Linux's")
-FRAME_BYTES = 67 * 4
 # linux/lirc.h, and the features of a pwm-ir-tx and of a receiver.
 GET_FEATURES, SET_SEND_CARRIER = 0x80046900, 0x40046913
 SENDS, ONLY_RECEIVES = 0x00000102, 0x00040000

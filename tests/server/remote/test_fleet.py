@@ -21,7 +21,7 @@ from motorcade.server.remote import make_remote
 from motorcade.server.request_filter import ServerSettings
 from motorcade.service.messages import sentences
 from motorcade.timing import monotonic_ms
-from support.driven_car import PATIENT, DrivenCar
+from support.driven_car import PATIENT, DrivenCar, deaf_port
 from support.fault_proxy import FaultProxy
 from support.loop_car import loop_car
 from support.mock_clock import mock_clock, pass_time
@@ -48,9 +48,8 @@ def bo():
 @pytest.fixture
 def nowhere():
     """A port without a server."""
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        yield taken.getsockname()[1]
+    with deaf_port() as port:
+        yield port
 
 
 def at(name, car, **more):

@@ -13,7 +13,6 @@ from math import cos, pi, sin
 import pytest
 from websockets.asyncio.client import connect
 
-from support.running_studio import started
 from support.soak import SOAK
 from support.world_page import IMAGE, KEY, MAT
 
@@ -106,12 +105,6 @@ def requests_of(studio):
     text = "from motorcade import *\nprogram = Program([\n" + "    forward(1),\n" * 5000 + "])\n"
     yield "missions/check", {"mission": {"id": "find-your-way"}, **blocks}
     yield "python-to-blocks", {**blocks, "text": text}
-
-
-@pytest.fixture(scope="module")
-def studio(tmp_path_factory):
-    with started(tmp_path_factory.mktemp("library")) as running:
-        yield running
 
 
 async def pictures_a_second(studio, worlds, posts):

@@ -26,12 +26,6 @@ from support.waiting import DEADLINE_S
 SESSION = "0" * 32
 
 
-@pytest.fixture(scope="module")
-def studio(tmp_path_factory):
-    with started(tmp_path_factory.mktemp("library")) as running:
-        yield running
-
-
 def answer(studio, path, body=b"{}", **headers):
     """The status and the JSON of an answer."""
     answered = httpx.post(f"{studio.base}api/{path}", content=body, headers=studio.cookie | headers, timeout=DEADLINE_S)

@@ -51,12 +51,6 @@ class DrivingPage(PageSocket):
         return self.until("car", lambda car: car["car"] == number and holds(car))
 
 
-@pytest.fixture
-def client(tmp_path):
-    with server(tmp_path) as served:
-        yield served
-
-
 @contextmanager
 def page(client, key=KEY):
     with client.websocket_connect(f"ws://{HERE}/api/world?session={key}") as socket:

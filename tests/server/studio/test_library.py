@@ -16,6 +16,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.server.studio import library as library_module
 from motorcade.server.studio.library import DELETED, FolderStorage, folder_of, name_of
 from motorcade.service.library import LONGEST_NAME, Limits
+from support.browser_store import refusal, save
 
 # What Windows, macOS and Linux between them can't take as a file's name, or take for something else.
 HARD_NAMES = ["CON", "con.motorcade", "COM1.x", "aux.", "...", ".hidden", 'a<b>c:d"e|f?g*h', "50% faster", "%41", "-"]
@@ -33,18 +34,8 @@ def library(disk):
     return FolderStorage(disk)
 
 
-def save(library, name, text):
-    return library.write_version("", name, text.encode())
-
-
 def read(library, name, version=None):
     return library.read("", name, version)
-
-
-def refusal(call, *arguments):
-    with pytest.raises(MotorcadeError) as refused:
-        call(*arguments)
-    return refused.value.code
 
 
 def names(library):

@@ -18,7 +18,6 @@ from motorcade.words import upload as protocol
 from motorcade.words.request import CHECK_BYTES
 from support.played_car import IMAGE, PlayedCar
 from support.upload_ends import NO_PROGRAM, ReceivingCar
-from support.world_page import server
 
 SOCKETS = "ws://127.0.0.1:7700/api"
 LONG = bytes.fromhex("FF000000" + "64800000" * 255)
@@ -32,12 +31,6 @@ def no_pauses(monkeypatch) -> None:
     monkeypatch.setattr(talk, "BOOT_MS", 0)
     monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 300)
     monkeypatch.setattr(talk, "CHECKED_WITHIN_MS", 300)
-
-
-@pytest.fixture
-def client(tmp_path):
-    with server(tmp_path) as served:
-        yield served
 
 
 def base64_of(data: bytes) -> str:

@@ -20,7 +20,7 @@ ENDLESS = json.dumps({"text": f'format = "motorcade-mission/1"\n{LINES}'}).encod
 def busy():
     """The processes that this one has started and that compute."""
     return {
-        each.pid for each in psutil.Process().children() if sum(each.cpu_times()[:2]) > 2 and each.status() == "running"
+        each.pid for each in psutil.Process().children() if sum(each.cpu_times()[:2]) > 1 and each.status() == "running"
     }
 
 

@@ -1,10 +1,10 @@
 import { type CSSProperties, lazy, Suspense, useEffect, useState } from "react";
 import { I18nProvider } from "react-aria-components";
-import { useTranslation } from "react-i18next";
 import { Editors } from "../blocks/Editors";
 import { Problems } from "../blocks/Problems";
 import { setBlocklyLanguage } from "../blocks/definitions";
 import { focusBlocks } from "../blocks/workspaces";
+import { languageNow, useLanguage, useTexts, watchLanguage } from "../i18n";
 import { session } from "../mat/session";
 import { useDraft } from "../missions/draft";
 import { MissionStrip } from "../missions/MissionStrip";
@@ -28,7 +28,7 @@ import { classes } from "../ui/classes";
 import { TextButton } from "../ui/controls";
 
 function SkipLinks() {
-  const { t } = useTranslation();
+  const t = useTexts();
   return (
     <nav className={css.skipLinks} aria-label={t("app.skip")}>
       <a
@@ -56,7 +56,7 @@ stage.catch(() => undefined);
 
 /** The stage, as soon as it is there. `Suspense` would show it 300 ms later than what stands in its place. */
 function LoadedStage() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const [loaded, setLoaded] = useState<Awaited<typeof stage> | null>(null);
   const [failure, setFailure] = useState<Error | null>(null);
   useEffect(() => void stage.then(setLoaded, setFailure), []);
@@ -67,7 +67,7 @@ function LoadedStage() {
 
 /** The stage, made after the rest of the page. */
 function StageArea() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const failed = (
     <div className={areas.failed} role="alert">
       <p>{t("app.failed")}</p>
@@ -84,7 +84,7 @@ function StageArea() {
 }
 
 function Work() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const language = useEditorsLanguage();
   const level = useSettings((settings) => settings.level);
   const alone = useStudio((studio) => studio.alone);
@@ -130,10 +130,10 @@ function useEditorsDue(): boolean {
   const [due, setDue] = useState(() => !useStudio.getState().isOpening);
   useEffect(() => {
     if (due) return;
-    const make = () => void attempt(async () => {
-      await prepareEditors();
+    const make = () => {
+      prepareEditors();
       setDue(true);
-    });
+    };
     const timer = setTimeout(make, LATEST_EDITORS_MS);
     // Another project may be opened before.
     const stop = useStudio.subscribe(({ isOpening }) => isOpening || make());
@@ -148,20 +148,22 @@ function useEditorsDue(): boolean {
 
 /** The language of the editors, which are created anew once Blockly has its messages in another one. */
 function useEditorsLanguage(): string {
-  const { i18n } = useTranslation();
-  const [language, setLanguage] = useState(i18n.language);
-  useEffect(() => {
-    if (language === i18n.language) return;
-    void setBlocklyLanguage(i18n.language).then(() => {
-      collectEdits();
-      setLanguage(i18n.language);
-    });
-  }, [i18n.language, language]);
+  const [language, setLanguage] = useState(languageNow);
+  useEffect(
+    () =>
+      watchLanguage(() => {
+        setBlocklyLanguage();
+        collectEdits();
+        setLanguage(languageNow());
+      }),
+    [],
+  );
   return language;
 }
 
 export function App() {
-  const { t, i18n } = useTranslation();
+  const t = useTexts();
+  const language = useLanguage();
   const [ready, setReady] = useState(false);
   const gone = useStudio(({ service }) => service === "gone");
   const alone = useStudio((studio) => studio.alone);
@@ -173,13 +175,13 @@ export function App() {
   }, [ready, gone]);
   return (
     // Numbers and units follow the page's language, not the browser's.
-    <I18nProvider locale={i18n.language}>
+    <I18nProvider locale={language}>
       <div className={css.app} data-alone={alone ?? undefined} style={{ "--share": share } as CSSProperties}>
         <SkipLinks />
         <Header />
         <div className={css.banners}>
           <ServerBanner />
-          <SocketNotice language={i18n.language} />
+          <SocketNotice />
           {ready && isPair && (
             <Suspense>
               <PairBar />

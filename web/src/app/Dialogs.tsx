@@ -1,5 +1,5 @@
 import { createElement, lazy, Suspense } from "react";
-import { useTranslation } from "react-i18next";
+import { useTexts } from "../i18n";
 import { closeDialog, type DialogName, notify, useDialogs, dismiss } from "../state/dialogs";
 import { ErrorBoundary, reload } from "../ui/areas";
 import { Sheet, IconButton, TextButton } from "../ui/controls";
@@ -22,7 +22,7 @@ const DIALOGS: Record<DialogName, React.ComponentType> = {
 };
 
 function QuestionDialog() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const question = useDialogs((state) => state.question);
   if (!question) return null;
   return (
@@ -41,7 +41,7 @@ function QuestionDialog() {
 
 /** The open dialog, and the question above it. A dialog that can't be fetched is closed with a notice. */
 export function Dialogs() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const open = useDialogs((state) => state.open);
   const fail = () => {
     notify(t("app.failed"), "error", { label: t("app.reload"), run: reload });
@@ -59,7 +59,7 @@ export function Dialogs() {
 
 /** Notices in a corner of the page; screen readers read them out. */
 export function Notices() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const notices = useDialogs((state) => state.notices);
   return (
     <div className={dialogs.notices} role="log" aria-live="polite" aria-label={t("app.notices")}>
@@ -85,7 +85,7 @@ export function Notices() {
 }
 
 export function ServerBanner() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const state = useStudio(({ service }) => service);
   const lacksWebAssembly = state === "failed" && typeof WebAssembly === "undefined";
   const problem = lacksWebAssembly ? "noWebAssembly" : state;

@@ -1,7 +1,7 @@
 import { lazy, Suspense, type CSSProperties, type ReactNode, useRef } from "react";
 import { Tab, TabList, TabPanel, Tabs } from "react-aria-components";
-import { useTranslation } from "react-i18next";
 import { useStops } from "../certainty/stops";
+import { useTexts } from "../i18n";
 import { openDialog } from "../state/dialogs";
 import { type DrawerTab, type Level, LEVELS, openDrawer, useSettings } from "../state/settings";
 import { Divider, usePrinting } from "../ui/areas";
@@ -38,7 +38,7 @@ const PANELS: readonly Panel[] = [
 
 /** One drawer for what is looked up; it opens at the tab, and as high, as it was left. */
 export function Drawer() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const { level, drawer, shares } = useSettings();
   const printing = usePrinting();
   // Whoever stops the world looks at what was before.
@@ -105,7 +105,7 @@ export function Drawer() {
 
 /** For whoever has a car: a program has reached it from here before. */
 function UploadAgain() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const uploaded = useSettings((settings) => settings.uploaded);
   if (!uploaded) return null;
   return (

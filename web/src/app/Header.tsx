@@ -11,8 +11,7 @@ import {
   Text,
   TextField,
 } from "react-aria-components";
-import { useTranslation } from "react-i18next";
-import { changeLanguage, LANGUAGES, nameOf } from "../i18n";
+import { changeLanguage, languages, nameOf, useLanguage, useTexts } from "../i18n";
 import { exportCsv, exportPicture, openFile, save, saveFile, startNew } from "../projects/actions";
 import { openDialog } from "../state/dialogs";
 import { redo, undo, useHistory } from "../state/history";
@@ -38,7 +37,7 @@ function Logo() {
 }
 
 function FileMenu() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const item = (text: "menu.new" | "menu.open" | "menu.examples" | "menu.library" | "menu.save" | "menu.saveFile" | "menu.share" | "menu.upload" | `export.${"csv" | "svg" | "png" | "print"}`, run: () => void) => (
     <MenuItem className={controls.menuItem} id={text} onAction={run}>
       {t(text)}
@@ -86,7 +85,7 @@ function chooseLevel(level: Level): void {
 
 /** The level of the page, and what each level brings. */
 function LevelMenu() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const level = useSettings((settings) => settings.level);
   const name = t("level.button", { level: t(`level.${level}`) });
   return (
@@ -120,19 +119,20 @@ function LevelMenu() {
 }
 
 function SettingsMenu() {
-  const { t, i18n } = useTranslation();
+  const t = useTexts();
+  const language = useLanguage();
   const theme = useSettings((settings) => settings.theme);
   return (
     <MenuTrigger>
       <IconButton icon="settings" label={t("settings.title")} />
       <Popover className={controls.popover} placement="bottom end">
         <Menu className={controls.menu} aria-label={t("settings.title")}>
-          <MenuSection selectionMode="single" disallowEmptySelection selectedKeys={[i18n.language]}>
+          <MenuSection selectionMode="single" disallowEmptySelection selectedKeys={[language]}>
             <MenuTitle className={controls.menuTitle}>{t("settings.language")}</MenuTitle>
-            {LANGUAGES.map((language) => (
-              <MenuItem key={language} id={language} className={controls.menuItem} lang={language} onAction={() => changeLanguage(language)}>
+            {languages().map((each) => (
+              <MenuItem key={each} id={each} className={controls.menuItem} lang={each} onAction={() => void changeLanguage(each)}>
                 <Icon name="done" />
-                {nameOf(language)}
+                {nameOf(each)}
               </MenuItem>
             ))}
           </MenuSection>
@@ -157,7 +157,7 @@ function SettingsMenu() {
 
 /** Whether a file or the library holds what is on the page. */
 function Saved() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const unsaved = useStudio((studio) => studio.unsaved);
   const stored = useStudio((studio) => studio.stored);
   return (
@@ -169,7 +169,7 @@ function Saved() {
 }
 
 function History() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const canUndo = useHistory(({ done }) => done.length > 0);
   const canRedo = useHistory(({ undone }) => undone.length > 0);
   return (
@@ -182,7 +182,7 @@ function History() {
 
 /** The project's name and menu, undo and redo, and the settings of the page. */
 export function Header() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const name = useStudio((studio) => studio.name);
   return (
     <header className={css.header}>

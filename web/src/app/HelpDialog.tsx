@@ -1,5 +1,5 @@
 import * as Blockly from "blockly/core";
-import { useTranslation } from "react-i18next";
+import { useTexts } from "../i18n";
 import { closeDialog } from "../state/dialogs";
 import { useSettings } from "../state/settings";
 import { Sheet, TextButton } from "../ui/controls";
@@ -29,7 +29,7 @@ const TOPICS = ["blocks", "words", "mat", "upload"] as const;
 const PAGE_KEYS = { tab: "Tab", blocks: "← ↑ → ↓", words: "← ↑ → ↓", divider: "← →", undo: "Ctrl + Z", redo: "Ctrl + Y", save: "Ctrl + S", full: "F", projector: "B", chase: "C", sound: "M", help: "/" } as const;
 
 export function HelpDialog() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const again = () => {
     closeDialog();
     useSettings.setState({ toured: false });

@@ -1,6 +1,6 @@
 import { useEffect, useState } from "react";
-import { useTranslation } from "react-i18next";
 import { alterBlocks } from "../blocks/rows";
+import { useTexts } from "../i18n";
 import { playWhenReady } from "../mat/actions";
 import { BLANK, FIRST_STEPS, FIRST_SWARM, replaceBy } from "../projects/project";
 import { IconButton, TextButton } from "../ui/controls";
@@ -29,7 +29,7 @@ const ACTS = { welcome: () => void replaceBy(BLANK), blocks: first, followers: s
 
 /** The tour of a first visit: what drives there, then build with blocks, tell the followers, let the swarm drive. */
 export function Tour() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const toured = useSettings((settings) => settings.toured);
   const [at, setAt] = useState(0);
   const isOpening = useStudio((studio) => studio.isOpening);

@@ -1,13 +1,12 @@
 /** What happens once, when the page opens. */
 
-import i18next from "i18next";
 import * as Blockly from "blockly/core";
 import { registerClipboard } from "../blocks/clipboard";
 import { defineBlocks, setBlocklyLanguage } from "../blocks/definitions";
 import { startPrinting } from "../blocks/picture";
 import { startThemes } from "../blocks/workspaces";
 import { registerBlockStops } from "../certainty/stops";
-import { startLanguages } from "../i18n";
+import { languageNow, say } from "../i18n";
 import { toggleChase } from "../mat/store";
 import { request } from "../api/service";
 import { takeOwnWorld } from "../api/world";
@@ -20,7 +19,7 @@ import { resumeMission, watchMissions } from "../missions/store";
 import { notify, openDialog, useDialogs } from "../state/dialogs";
 import { endEdit, redo, undo } from "../state/history";
 import { own, startOtherTabs } from "../state/otherTabs";
-import { startSettings, useSettings } from "../state/settings";
+import { useSettings } from "../state/settings";
 import { loadFigures, showAlone, toggleSound, useStudio } from "../state/studio";
 import { compileEveryChange } from "../words/compiling";
 
@@ -73,10 +72,8 @@ function listenForKeys(): void {
   window.addEventListener("keydown", ({ key }) => key === "Escape" && useStudio.getState().alone && showAlone(null));
 }
 
-/** Before anything is drawn: settings, languages, and what watches the stores. */
+/** Before anything is drawn: what watches the stores. */
 export function start(): void {
-  startSettings();
-  startLanguages();
   startOtherTabs();
   startThemes();
   compileEveryChange();
@@ -84,8 +81,8 @@ export function start(): void {
   watchMissions();
   useStudio.subscribe((now, before) => {
     if (now.service !== "ready") return;
-    if (before.service === "gone") notify(i18next.t("server.back"), "success");
-    if (before.service === "restarting") notify(i18next.t("server.restarted"), "success");
+    if (before.service === "gone") notify(say("server.back"), "success");
+    if (before.service === "restarting") notify(say("server.restarted"), "success");
   });
 }
 
@@ -122,15 +119,15 @@ async function openFirstProject(): Promise<void> {
   void resumeMission();
   if (!stored?.unsaved) return;
   useStudio.setState({ unsaved: true });
-  const time = new Date(stored.at).toLocaleTimeString(i18next.language, { hour: "2-digit", minute: "2-digit" });
-  notify(i18next.t("project.restored", { time }));
+  const time = new Date(stored.at).toLocaleTimeString(languageNow(), { hour: "2-digit", minute: "2-digit" });
+  notify(say("project.restored", { time }));
 }
 
 let prepared = false;
 
 /** Load what the editors need to be made: Blockly's messages, and the blocks of the profile. */
-export async function prepareEditors(): Promise<void> {
-  await setBlocklyLanguage(i18next.language);
+export function prepareEditors(): void {
+  setBlocklyLanguage();
   if (prepared) return;
   prepared = true;
   defineBlocks(useStudio.getState().profileFigures!);
@@ -143,9 +140,9 @@ export async function prepareEditors(): Promise<void> {
 /** Open the first project. The editors can be made then, but of what a first visit finds, whose cars come first. */
 export async function prepare(): Promise<void> {
   await loadFigures();
-  if (!findsOpening()) await prepareEditors();
+  if (!findsOpening()) prepareEditors();
   await openFirstProject();
-  if (!useStudio.getState().isOpening) await prepareEditors();
+  if (!useStudio.getState().isOpening) prepareEditors();
 }
 
 /** The editors exist and hold the project: from now on, changes are stored and links are opened. */

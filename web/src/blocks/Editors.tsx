@@ -1,9 +1,8 @@
 import * as Blockly from "blockly/core";
-import i18next from "i18next";
 import { useEffect, useRef, type CSSProperties } from "react";
 import { ToggleButton, ToggleButtonGroup } from "react-aria-components";
-import { useTranslation } from "react-i18next";
 import { type EditorName, EDITORS } from "../api/types";
+import { say, useTexts } from "../i18n";
 import { notify } from "../state/dialogs";
 import { isForeign, usePair } from "../pair/store";
 import { endEdit, record, useHistory } from "../state/history";
@@ -54,7 +53,7 @@ function noteUndo(editor: EditorName, group: string): void {
 
 /** Above blocks that this page only shows: who makes them. */
 function Owner({ editor }: { editor: EditorName }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const foreign = usePair((pair) => isForeign(pair, editor));
   const name = usePair(({ view }) => (view?.owners[editor] ? view.partner?.name : null));
   return foreign && <p className={css.owner}>{name ? t("pair.readOnly", { name }) : t("pair.readOnlyFree")}</p>;
@@ -106,13 +105,13 @@ function dropFollowers(): void {
   const hasSteps = (workspaceOf("followers")?.getAllBlocks(false).length ?? 0) > 1;
   parkFollowers();
   recordFollowers(false);
-  const action = { label: i18next.t("editors.bringBack"), run: addFollowers };
-  if (hasSteps) notify(i18next.t("editors.dropped"), "info", action, ({ parkedFollowers }) => parkedFollowers !== null);
+  const action = { label: say("editors.bringBack"), run: addFollowers };
+  if (hasSteps) notify(say("editors.dropped"), "info", action, ({ parkedFollowers }) => parkedFollowers !== null);
 }
 
 /** The names of both editors, of which the chosen one shows where there is room for one, and the tools for it. */
 function EditorBar({ followed }: { followed: boolean }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const editor = useStudio((studio) => studio.editor);
   const larger = useStudio((studio) => studio.larger);
   return (
@@ -151,7 +150,7 @@ function EditorBar({ followed }: { followed: boolean }) {
 }
 
 function EditorPane({ editor }: { editor: EditorName }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const shown = useStudio((studio) => studio.editor);
   return (
     <section
@@ -168,7 +167,7 @@ function EditorPane({ editor }: { editor: EditorName }) {
 
 /** The leader's editor and, if it is switched on, the followers': side by side where there is room. */
 export function Editors() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const followed = useStudio((studio) => studio.followers !== null);
   const share = useSettings((settings) => settings.shares.editors);
   return (

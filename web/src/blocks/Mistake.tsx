@@ -1,7 +1,6 @@
 import { type CSSProperties, type RefObject, useEffect, useState } from "react";
-import { useTranslation } from "react-i18next";
 import type { Diagnostic, EditorName } from "../api/types";
-import { inLanguage } from "../i18n";
+import { inLanguage, useTexts } from "../i18n";
 import { useStudio } from "../state/studio";
 import { FixButtons } from "./fixes";
 import { workspaceOf } from "./workspaces";
@@ -38,7 +37,7 @@ function useWrong(editor: EditorName): Diagnostic | null {
 
 /** The sentence of a wrong block beside it, and the buttons that fix it. The list of problems has it for screen readers. */
 export function Mistake({ editor, host }: { editor: EditorName; host: RefObject<HTMLDivElement | null> }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const wrong = useWrong(editor);
   const [place, setPlace] = useState<Place | null>(null);
   const [hidden, setHidden] = useState<string | null>(null);

@@ -1,7 +1,6 @@
 import { Button } from "react-aria-components";
-import { useTranslation } from "react-i18next";
 import type { Diagnostic } from "../api/types";
-import { inLanguage } from "../i18n";
+import { inLanguage, useTexts } from "../i18n";
 import { useMat } from "../mat/store";
 import { usePython } from "../python/text";
 import { openDrawer, useSettings } from "../state/settings";
@@ -31,7 +30,7 @@ function useWrongText(): Diagnostic | undefined {
 
 /** What the compiler says of the blocks, each with a link to its block. */
 export function Problems() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const diagnostics = useStudio(({ compiled }) => compiled?.diagnostics);
   // Until cars were to drive, and while the tour says what to do, nobody is warned that they have no blocks yet.
   const toured = useSettings((settings) => settings.toured);

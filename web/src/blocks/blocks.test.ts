@@ -1,7 +1,8 @@
 import * as Blockly from "blockly/core";
 import { beforeAll, describe, expect, it } from "vitest";
+import texts from "virtual:texts/studio";
 import type { Profile } from "../api/types";
-import { startLanguages } from "../i18n";
+import { startTexts } from "../i18n";
 import { FIRST_STEPS } from "../projects/project";
 import { useSettings } from "../state/settings";
 import { refusal, typesIn } from "./clipboard";
@@ -17,9 +18,9 @@ const profile = {
   seconds: { least: 1, step: 1, most: 765 },
 } as Profile;
 
-beforeAll(() => {
+beforeAll(async () => {
   useSettings.setState({ level: "words" });
-  startLanguages();
+  await startTexts(texts);
   defineBlocks(profile);
 });
 

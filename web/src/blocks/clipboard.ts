@@ -1,8 +1,8 @@
 /** Copy and paste within and between the editors. */
 
 import * as Blockly from "blockly/core";
-import i18next from "i18next";
 import type { EditorName } from "../api/types";
+import { say } from "../i18n";
 import { notify } from "../state/dialogs";
 import { own, shareCopied } from "../state/otherTabs";
 import { canStandIn, hatOf } from "./definitions";
@@ -34,13 +34,13 @@ function paste(focused: Blockly.WorkspaceSvg): boolean {
   if (!editor) return false;
   const copied = own.copied as Partial<Blockly.clipboard.BlockCopyData> | null;
   if (!copied) {
-    notify(i18next.t("clipboard.empty"));
+    notify(say("clipboard.empty"));
     return true;
   }
   const state = copied.blockState;
   const reason = state ? refusal(editor, state) : null;
   if (reason) {
-    notify(i18next.t(reason), "warning");
+    notify(say(reason), "warning");
     return true;
   }
   const { left, top, width, height } = workspace.getMetricsManager().getViewMetrics(true);
@@ -93,7 +93,7 @@ function registerMenuItems(): void {
     id: "motorcade-copy",
     weight: 0,
     scopeType: Blockly.ContextMenuRegistry.ScopeType.BLOCK,
-    displayText: () => i18next.t("clipboard.copy"),
+    displayText: () => say("clipboard.copy"),
     preconditionFn: ({ block }) => (block?.isCopyable() ? "enabled" : "hidden"),
     callback: ({ block }) => {
       Blockly.clipboard.copy(block!);
@@ -104,7 +104,7 @@ function registerMenuItems(): void {
     id: "motorcade-paste",
     weight: 0,
     scopeType: Blockly.ContextMenuRegistry.ScopeType.WORKSPACE,
-    displayText: () => i18next.t("clipboard.paste"),
+    displayText: () => say("clipboard.paste"),
     preconditionFn: () => "enabled",
     callback: ({ workspace }) => void paste(workspace!),
   });

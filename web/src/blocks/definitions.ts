@@ -1,10 +1,9 @@
 /** What Blockly needs of the page: a block for each kind of step, the drawers of each editor, and its messages. */
 
 import * as Blockly from "blockly/core";
-import i18next from "i18next";
-import type { Profile, EditorName, Language } from "../api/types";
-import type { Texts } from "virtual:texts/studio";
+import type { Profile, EditorName } from "../api/types";
 import { STEP_KINDS, CATEGORIES, HAT_IN_START } from "../generated/steps";
+import { say, type Texts, textsOf } from "../i18n";
 import { useSettings } from "../state/settings";
 import { levelText, plainSeconds, secondsMeaning } from "./figures";
 import { IconField, iconOf, SecondsField, SpeedField, speedsOf } from "./fields";
@@ -41,12 +40,12 @@ const seconds = (profile: Profile): Field => ({
   ...profile.seconds,
 });
 
-const choices = (options: readonly (keyof Texts["blocks"])[]) => options.map((option): Option => [i18next.t(`blocks.${option}`), option]);
+const choices = (options: readonly (keyof Texts["blocks"])[]) => options.map((option): Option => [say(`blocks.${option}`), option]);
 const dwells = (profile: Profile) => (): Option[] => [
-  [i18next.t("blocks.dwellAuto"), "auto"],
+  [say("blocks.dwellAuto"), "auto"],
   ...profile.dwell_ms.map((dwell): Option => [secondsMeaning(dwell), plainSeconds(dwell)]),
 ];
-const taggedChoices = (): Option[] => [[i18next.t("blocks.taggedAuto"), "auto"], ...choices(["yes", "no"])];
+const taggedChoices = (): Option[] => [[say("blocks.taggedAuto"), "auto"], ...choices(["yes", "no"])];
 const infraredChoices = () => choices(["same", "yes", "no"]);
 const checkbox = (name: string, checked: boolean): Field => ({ type: "field_checkbox", name, checked });
 
@@ -82,8 +81,8 @@ const DEFINITIONS: Record<string, Definition> = {
     hat: true,
     fields: (profile) => [
       checkbox("ACCEPT_IR", true),
-      { ...checkbox("FORWARD", false), tooltip: i18next.t("tooltips.passOn") },
-      { ...dropdown("TAGGED", taggedChoices), tooltip: i18next.t("tooltips.tagged") },
+      { ...checkbox("FORWARD", false), tooltip: say("tooltips.passOn") },
+      { ...dropdown("TAGGED", taggedChoices), tooltip: say("tooltips.tagged") },
       dropdown("DWELL", dwells(profile)),
     ],
   },
@@ -99,7 +98,7 @@ const DEFINITIONS: Record<string, Definition> = {
 /** The definition as Blockly's JSON. */
 function jsonOf(type: string, profile: Profile): Record<string, unknown> {
   const { message, style, fields, tail, holds, hat } = DEFINITIONS[type]!;
-  const text = isStart() ? i18next.t(`startBlocks.${message}`) : i18next.t(`blocks.${message}`);
+  const text = isStart() ? say(`startBlocks.${message}`) : say(`blocks.${message}`);
   const own = fields?.(profile) ?? [];
   // The first level shows few settings of infrared: the block keeps the others, unseen.
   const isShown = ({ name }: Field) => !(isStart() && hat) || HAT_IN_START.some((each) => each === name);
@@ -110,7 +109,7 @@ function jsonOf(type: string, profile: Profile): Record<string, unknown> {
     ...(hidden.length
       ? [{ message: ["", ...hidden].map((_, number) => `%${number + 1}`).join(" "), fields: [...hidden, { type: "input_dummy", name: HIDDEN }] }]
       : []),
-    ...(tail ? [{ message: i18next.t("blocks.tail"), fields: tail(profile) }] : []),
+    ...(tail ? [{ message: say("blocks.tail"), fields: tail(profile) }] : []),
     ...(holds ? [{ message: "%1", fields: [{ type: "input_statement", name: "STEPS" }] }] : []),
   ];
   const numbered = rows.flatMap((row, index) => [
@@ -121,7 +120,7 @@ function jsonOf(type: string, profile: Profile): Record<string, unknown> {
     type,
     ...(Object.fromEntries(numbered) as Record<string, unknown>),
     style: `${style}_blocks`,
-    tooltip: i18next.t(`tooltips.${message}`),
+    tooltip: say(`tooltips.${message}`),
     ...(hat ? {} : { previousStatement: null }),
     nextStatement: null,
     inputsInline: true,
@@ -189,7 +188,7 @@ export function toolboxOf(editor: EditorName, steps: readonly string[] | null = 
     kind: "categoryToolbox",
     contents: DRAWERS_OF[editor].filter((drawer) => DRAWERS[drawer].some(isShown)).map((drawer) => ({
       kind: "category",
-      name: i18next.t(`drawers.${drawer}`),
+      name: say(`drawers.${drawer}`),
       categorystyle: `${drawer}_category`,
       cssconfig: { icon: `drawer-icon drawer-${drawer}` },
       contents: DRAWERS[drawer].filter(isShown).flatMap((type) => [...pictureAbove(type), { kind: "block", type }]),
@@ -197,19 +196,5 @@ export function toolboxOf(editor: EditorName, steps: readonly string[] | null = 
   };
 }
 
-const FILES: Record<Language, () => Promise<unknown>> = {
-  en: () => import("blockly/msg/en"),
-  zh: () => import("blockly/msg/zh-hans"),
-};
-
-/** All messages that exist in a language. A language without a file of Blockly's has only those of its own file. */
-export async function blocklyMessages(language: Language): Promise<Record<string, string>> {
-  const messages = (await FILES[language]?.()) as Record<string, string> | undefined;
-  return { ...messages, ...(i18next.getResource(language, "translation", "blockly") as Record<string, string>) };
-}
-
-/** Give Blockly its messages; what the language lacks stays English. */
-export async function setBlocklyLanguage(language: Language): Promise<void> {
-  const english = language in FILES ? {} : await blocklyMessages("en");
-  Blockly.setLocale({ ...english, ...(await blocklyMessages(language)) });
-}
+/** Give Blockly its messages in the page's language. */
+export const setBlocklyLanguage = () => Blockly.setLocale(textsOf("blockly"));

@@ -1,9 +1,9 @@
 /** The fields of blocks that Blockly lacks: seconds that the cars can do, speeds beside a direction, and the icon before a text. */
 
 import * as Blockly from "blockly/core";
-import i18next from "i18next";
 import type { Profile } from "../api/types";
 import { STEP_KINDS } from "../generated/steps";
+import { say } from "../i18n";
 import { useSettings } from "../state/settings";
 import { levelMeaning, levelText } from "./figures";
 
@@ -74,7 +74,7 @@ export function speedsOf(profile: Profile): Options {
   return function (this: Blockly.FieldDropdown) {
     const inWords = useSettings.getState().level === "start";
     return LEVELS.map((level) => {
-      const text = i18next.t("blocks.speed", { level, meaning: meaningBeside(this.getSourceBlock(), profile, level) });
+      const text = say("blocks.speed", { level, meaning: meaningBeside(this.getSourceBlock(), profile, level) });
       return [inWords ? levelText(profile, "speed", level, true) : text, String(level)];
     });
   };

@@ -1,10 +1,9 @@
 /** Correct a wrong block by one of the values that would do, and tell which block is wrong. */
 
 import { type Block, Events } from "blockly/core";
-import i18next from "i18next";
 import type { Diagnostic } from "../api/types";
 import type { Fix } from "../generated/messages";
-import { inLanguage } from "../i18n";
+import { inLanguage, say } from "../i18n";
 import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { replaceText } from "../python/text";
@@ -43,9 +42,9 @@ export function tellWrongBlock(): boolean {
   const wrong = useStudio.getState().compiled?.diagnostics.find(({ severity }) => severity === "error");
   if (!wrong) return false;
   const { block, editor, sentence } = wrong;
-  const action = block !== null && editor !== null ? { label: i18next.t("mat.showBlock"), run: () => showBlock(editor, block) } : undefined;
+  const action = block !== null && editor !== null ? { label: say("mat.showBlock"), run: () => showBlock(editor, block) } : undefined;
   if (action) action.run();
-  const text = i18next.t("mat.wrongProgram", { editor: editor ? i18next.t(`editors.${editor}`) : "", sentence: inLanguage(sentence) });
+  const text = say("mat.wrongProgram", { editor: editor ? say(`editors.${editor}`) : "", sentence: inLanguage(sentence) });
   const isStill = (each: Diagnostic) => each.severity === "error" && each.block === block && each.sentence.en === sentence.en;
   notify(text, "warning", action, ({ compiled }) => compiled?.diagnostics.some(isStill) ?? false);
   return true;

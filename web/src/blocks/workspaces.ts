@@ -1,8 +1,8 @@
 /** Blockly's workspaces, one for each editor: create, fill, read and search them. */
 
 import * as Blockly from "blockly/core";
-import i18next from "i18next";
 import { EDITORS, type EditorName, type WorkspaceState } from "../api/types";
+import { say } from "../i18n";
 import { notify } from "../state/dialogs";
 import { useSettings, type ThemeName } from "../state/settings";
 import { useStudio } from "../state/studio";
@@ -74,7 +74,7 @@ export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.
   });
   quickenStyles();
   letSoundRest();
-  workspace.getSvgGroup().setAttribute("aria-label", i18next.t(`editors.${editor}Blocks`));
+  workspace.getSvgGroup().setAttribute("aria-label", say(`editors.${editor}Blocks`));
   host.addEventListener("focusin", () => beginUnderHat(editor, workspace));
   live.set(editor, workspace);
   lock(workspace);
@@ -175,7 +175,7 @@ export function fill(editor: EditorName, state: WorkspaceState): void {
       Blockly.serialization.workspaces.load(state, workspace);
     } catch (error) {
       console.warn("These blocks are damaged:", error);
-      notify(i18next.t("project.damaged"), "error");
+      notify(say("project.damaged"), "error");
     }
   });
   if (workspace.getBlocksByType(hatOf(editor)).length === 0) {

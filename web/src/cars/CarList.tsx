@@ -1,21 +1,15 @@
 /** The cars that the server finds, live: which answers, what it holds; blink one, load those that are ticked, stop all. */
 
 import { useEffect, useRef, useState } from "react";
-import languages, { type Texts } from "virtual:texts/cars";
 import { LastingStream, openSocket } from "../api/connection";
 import type { CarRow, CarsAnswer, CarsOrder, CarsShown, Sentence } from "../generated/messages";
-import { plainTexts } from "../i18n/plain";
+import { inLanguage, type KeyIn, useTexts } from "../i18n";
 import { Icon } from "../ui/icons";
 import css from "./cars.module.css";
-
-type Key = keyof Texts;
-const texts = plainTexts<Texts>(languages);
-type Say = (key: Key, values?: Record<string, string | number>) => string;
 
 interface CarListProps {
   /** Of the server's WebSocket, such as /api/cars. */
   path: string;
-  language: string;
   /** The image to load; empty where the page has none yet, null where its blocks are wrong. */
   image: string | null;
   /** The name of its project. */
@@ -47,19 +41,18 @@ function useCars(path: string) {
   return { shown, problem, open, order };
 }
 
-const VERDICTS: Record<string, Key> = { away: "missed", new: "new", old: "old" };
+const VERDICTS: Record<string, KeyIn<"cars">> = { away: "missed", new: "new", old: "old" };
 
 /** What a car's upload came to, in words; null where there was none. */
-function verdictKey(car: CarRow): Key | null {
+function verdictKey(car: CarRow): KeyIn<"cars"> | null {
   if (car.sent !== null) return "loading";
   return car.holds === "" ? null : (VERDICTS[car.holds] ?? "unknown");
 }
 
-export function CarList({ path, language, image, program, stopsElsewhere = false }: CarListProps) {
-  const t: Say = (key, values) => texts.textIn(language, key, values);
+export function CarList({ path, image, program, stopsElsewhere = false }: CarListProps) {
+  const t = useTexts("cars");
   const { shown, problem, open, order } = useCars(path);
   const [ticked, setTicked] = useState<ReadonlySet<string>>(new Set());
-  const sentence = (text: Sentence) => text[language] ?? text.en;
   const cars = shown?.cars ?? [];
   const chosen = cars.filter(({ where, kind }) => ticked.has(where) && kind === "car").map(({ where }) => where);
   const tick = (where: string) => setTicked((last) => new Set(last.has(where) ? [...last].filter((each) => each !== where) : [...last, where]));
@@ -83,8 +76,8 @@ export function CarList({ path, language, image, program, stopsElsewhere = false
       </div>
       {image === null && <p className={css.quiet}>{t("noImage")}</p>}
       {!open && <p role="status">{t("lost")}</p>}
-      {problem && <p role="alert" className={css.problem}>{sentence(problem)}</p>}
-      {shown?.problem && <p className={css.quiet}>{sentence(shown.problem)}</p>}
+      {problem && <p role="alert" className={css.problem}>{inLanguage(problem)}</p>}
+      {shown?.problem && <p className={css.quiet}>{inLanguage(shown.problem)}</p>}
       {shown && cars.length === 0 && <p>{t("none")}</p>}
       {all.length > 1 && (
         <label className={css.all}>
@@ -94,7 +87,7 @@ export function CarList({ path, language, image, program, stopsElsewhere = false
       )}
       <ul>
         {cars.map((car) => (
-          <Row key={car.where} t={t} car={car} ticked={ticked.has(car.where)} onTick={() => tick(car.where)} onBlink={() => order({ do: "blink", where: [car.where] })} sentence={sentence} />
+          <Row key={car.where} car={car} ticked={ticked.has(car.where)} onTick={() => tick(car.where)} onBlink={() => order({ do: "blink", where: [car.where] })} />
         ))}
       </ul>
       {shown && shown.others.length > 0 && <p className={css.quiet}>{t("others", { list: shown.others.join(", ") })}</p>}
@@ -103,15 +96,14 @@ export function CarList({ path, language, image, program, stopsElsewhere = false
 }
 
 interface RowProps {
-  t: Say;
   car: CarRow;
   ticked: boolean;
   onTick: () => void;
   onBlink: () => void;
-  sentence: (text: Sentence) => string;
 }
 
-function Row({ t, car, ticked, onTick, onBlink, sentence }: RowProps) {
+function Row({ car, ticked, onTick, onBlink }: RowProps) {
+  const t = useTexts("cars");
   const isCar = car.kind === "car";
   const about = [
     !car.away ? t("here") : car.silent_s === null ? t("silent") : t("away", { seconds: car.silent_s }),
@@ -133,10 +125,10 @@ function Row({ t, car, ticked, onTick, onBlink, sentence }: RowProps) {
         <small>{about.join(" · ")}</small>
         {key && (
           <small role="status" data-holds={car.holds}>
-            {key === "new" && <Icon name="done" />} {t(key)} {car.error && car.holds !== "away" ? sentence(car.error) : ""}
+            {key === "new" && <Icon name="done" />} {t(key)} {car.error && car.holds !== "away" ? inLanguage(car.error) : ""}
           </small>
         )}
-        {car.problem && !key && <small className={css.problem}>{sentence(car.problem)}</small>}
+        {car.problem && !key && <small className={css.problem}>{inLanguage(car.problem)}</small>}
       </span>
       {isCar && (
         <button type="button" disabled={car.away} aria-label={t("blinkNamed", { name: car.name })} onClick={onBlink}>

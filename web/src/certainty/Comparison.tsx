@@ -2,13 +2,11 @@
 
 import { type CSSProperties, useEffect, useMemo, useRef, useState } from "react";
 import { Slider, SliderThumb, SliderTrack } from "react-aria-components";
-import i18next from "i18next";
-import { useTranslation } from "react-i18next";
 import type { Picture } from "../api/world";
 import { boxOf, drawWorld } from "../classroom/drawing";
 import type { WallWorld } from "../generated/classroom";
 import type { BegunWord, Difference } from "../generated/messages";
-import { inLanguage } from "../i18n";
+import { inLanguage, say, useTexts } from "../i18n";
 import type { Box } from "../mat/camera";
 import { colourOfWord, colourWords } from "../mat/colours";
 import fields from "../mat/fields.module.css";
@@ -33,7 +31,7 @@ interface ComparisonProps {
 const PICTURE_MS = 50;
 
 export function Comparison({ names, onClose }: ComparisonProps) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const { difference, problem, comparedMs, runs, shownMs: tMs, pictures } = useTrials();
   const [playing, setPlaying] = useState(false);
   const car = difference && difference.kind !== "none" ? difference.car : null;
@@ -132,7 +130,7 @@ const AROUND_MS = 5000;
 
 /** The words that the car begins in both runs, around the time at which they part. */
 function Lanes({ difference, names, tMs, onSeek }: { difference: Difference; names: readonly [string, string]; tMs: number; onSeek: (tMs: number) => void }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const words = useWords();
   const colours = useMemo(() => colourWords(words), [words]);
   if (difference.kind !== "word") return null;
@@ -165,15 +163,15 @@ export function differenceText(difference: Difference, names: readonly [string, 
   const { kind, t_ms, car, missed, late_ms, words, cause } = difference;
   const seconds = (t_ms / 1000).toFixed(1);
   const [one, other] = names;
-  if (kind === "none") return i18next.t("compare.same");
-  if (kind === "place") return i18next.t("compare.place", { car, seconds });
-  const because = cause ? i18next.t("compare.because", { cause: inLanguage(cause) }) : "";
+  if (kind === "none") return say("compare.same");
+  if (kind === "place") return say("compare.place", { car, seconds });
+  const because = cause ? say("compare.because", { cause: inLanguage(cause) }) : "";
   if (missed === null) {
     const [first, second] = words.map(told);
-    return i18next.t("compare.other", { car, seconds, one, other, first, second, because });
+    return say("compare.other", { car, seconds, one, other, first, second, because });
   }
   const said = { car, seconds, run: names[missed], word: told(words[1 - missed] ?? null), because };
-  return late_ms === null ? i18next.t("compare.missed", said) : i18next.t("compare.late", { ...said, late: (late_ms / 1000).toFixed(1) });
+  return late_ms === null ? say("compare.missed", said) : say("compare.late", { ...said, late: (late_ms / 1000).toFixed(1) });
 }
 
 /** A word as a story. */

@@ -2,8 +2,7 @@
 
 import { type CSSProperties, useEffect } from "react";
 import { Button, Label, Meter } from "react-aria-components";
-import { useTranslation } from "react-i18next";
-import { inLanguage } from "../i18n";
+import { inLanguage, useTexts } from "../i18n";
 import { useMat } from "../mat/store";
 import { useDraft } from "../missions/draft";
 import { useMission } from "../missions/store";
@@ -20,7 +19,7 @@ const MOST_TOLD = 8;
 
 /** A small bar with its number; nothing while nothing was tried. */
 function LuckBar() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const luck = useTrials((now) => now.luck);
   if (!luck?.tried) return null;
   const { works, tried, of } = luck;
@@ -35,7 +34,7 @@ function LuckBar() {
 
 /** The bar as a button, which shows more. */
 export function LuckButton() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const hasLuck = useTrials(({ luck }) => Boolean(luck?.tried));
   if (!hasLuck) return null;
   return (
@@ -54,7 +53,7 @@ interface LuckProps {
 
 /** The meter, and the runs that failed; one of them can be played. */
 export function LuckPart({ onCompare }: LuckProps) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const { luck, problem } = useTrials();
   const hasGoal = useStudio(({ mission }) => mission !== null);
   const isWritten = useDraft(({ draft }) => draft !== null);
@@ -84,7 +83,7 @@ export function LuckPart({ onCompare }: LuckProps) {
 }
 
 function Failures({ failed, onCompare }: LuckProps & { failed: readonly number[] }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const failures = useTrials((now) => now.failures);
   const usual = useMission(({ mission }) => mission?.seed);
   const seed = useMat((now) => now.seed);

@@ -1,7 +1,7 @@
 /** Does it work? The luck meter, two runs side by side, and what the world stops on. */
 
 import { useState } from "react";
-import { useTranslation } from "react-i18next";
+import { useTexts } from "../i18n";
 import { useMission } from "../missions/store";
 import { useStudio } from "../state/studio";
 import { Comparison } from "./Comparison";
@@ -16,7 +16,7 @@ import css from "./certainty.module.css";
 const COMPARED_MS = 60_000;
 
 export function CertaintyPanel() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const before = useTrials((now) => now.before);
   const image = useStudio(({ compiled }) => compiled?.image);
   const [names, setNames] = useState<readonly [string, string] | null>(null);

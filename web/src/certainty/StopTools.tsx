@@ -1,8 +1,7 @@
 /** Where conditions are chosen: for the chosen car, a thing, a zone; and that the world has stopped. */
 
-import { useTranslation } from "react-i18next";
 import type { MissionZone } from "../generated/messages";
-import { inLanguage } from "../i18n";
+import { inLanguage, useTexts } from "../i18n";
 import type { PieceId } from "../mat/document";
 import { ToolButton } from "../mat/fields";
 import { session } from "../mat/session";
@@ -19,7 +18,7 @@ import css from "./certainty.module.css";
 
 /** Stop when something happens to this car. */
 export function CarStops({ car }: { car: number }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   return (
     <div className={fields.row} role="group" aria-label={t("stops.when")}>
       <b>{t("stops.when")}</b>
@@ -34,7 +33,7 @@ const SOLID = ["wall", "disc", "polygon"] as const;
 
 /** Stop when a car touches this thing; nothing for what no car can touch. */
 export function PieceStop({ piece }: { piece: PieceId }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const thing = SOLID.find((each) => each === piece.kind);
   if (!thing) return null;
   const stop = { condition: { kind: "touch", thing, number: piece.place } as const };
@@ -43,7 +42,7 @@ export function PieceStop({ piece }: { piece: PieceId }) {
 
 /** The zone that was tapped, and that the world can stop when a car enters it. */
 export function ZoneCard() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const zone = useStops((now) => now.zone);
   if (!zone) return null;
   const close = () => useStops.setState({ zone: null });
@@ -66,7 +65,7 @@ export function ZoneCard() {
 
 /** Says on the stage why the world has stopped. */
 export function StoppedNotice() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const stopped = useMat((now) => now.stopped);
   const show = (car: number) => {
     choose({ car });
@@ -89,7 +88,7 @@ const NO_ZONES: readonly MissionZone[] = [];
 
 /** All that the world stops on, and what any car may do; what a thing, a zone or a block does is chosen there. */
 export function StopList() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const stops = useStops((now) => now.stops);
   const zones = useMission(({ mission }) => mission?.zones ?? NO_ZONES);
   return (

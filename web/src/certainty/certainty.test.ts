@@ -1,9 +1,10 @@
 /** On what a run stops, what is tried behind the page, and how a difference is told. */
 
 import { afterAll, beforeEach, describe, expect, it, vi } from "vitest";
+import texts from "virtual:texts/studio";
 import { connectTo, type StreamListeners } from "../api/service";
 import type { Difference, MissionZone, TrialMessage } from "../generated/messages";
-import { startLanguages } from "../i18n";
+import { startTexts } from "../i18n";
 import { session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { useDraft } from "../missions/draft";
@@ -12,7 +13,7 @@ import { differenceText } from "./Comparison";
 import { addStop, canStopAt, nameOf, removeStop, tapZone, useStops, watchStops, zoneStop } from "./stops";
 import { TrialStream, useTrials } from "./trials";
 
-startLanguages();
+await startTexts(texts);
 
 const WORDS = [
   { hex: "02020000", part: "header", block: null },

@@ -1,12 +1,11 @@
 /** On what the world stops: conditions that the user has chosen by a car, a thing, a zone or a block. */
 
 import * as Blockly from "blockly/core";
-import i18next from "i18next";
 import { create } from "zustand";
 import { EDITORS, type EditorName } from "../api/types";
 import { findText } from "../blocks/workspaces";
 import type { MissionZone, StopCondition } from "../generated/messages";
-import { inLanguage } from "../i18n";
+import { inLanguage, say } from "../i18n";
 import type { Point } from "../mat/document";
 import { isInside } from "../mat/room";
 import { session } from "../mat/session";
@@ -42,7 +41,7 @@ export function addStop(stop: ChosenStop): void {
   const { stops } = useStops.getState();
   if (stops.length >= MOST_STOPS) return;
   if (!stops.some((each) => keyOf(each) === keyOf(stop))) useStops.setState({ stops: [...stops, stop] });
-  notify(i18next.t("stops.added", { what: nameOf(stop) }));
+  notify(say("stops.added", { what: nameOf(stop) }));
 }
 
 export function removeStop(place: number): void {
@@ -58,11 +57,11 @@ export function zoneStop(zone: MissionZone): ChosenStop {
 /** What a condition waits for, in words. */
 export function nameOf({ condition, block }: ChosenStop): string {
   const { kind, car, thing, number, name } = condition;
-  const who = car === undefined || car === null ? i18next.t("stops.anyCar") : i18next.t("mat.car", { number: car });
-  if (block) return i18next.t("stops.block", { text: block.text });
-  if (kind === "zone") return i18next.t("stops.zone", { who, zone: name ?? "" });
-  if (thing) return i18next.t("stops.touches", { who, thing: i18next.t(`mat.things.${thing as "wall"}`), number: (number ?? 0) + 1 });
-  return i18next.t(`stops.${kind as (typeof CAR_KINDS)[number]}`, { who });
+  const who = car === undefined || car === null ? say("stops.anyCar") : say("mat.car", { number: car });
+  if (block) return say("stops.block", { text: block.text });
+  if (kind === "zone") return say("stops.zone", { who, zone: name ?? "" });
+  if (thing) return say("stops.touches", { who, thing: say(`mat.things.${thing as "wall"}`), number: (number ?? 0) + 1 });
+  return say(`stops.${kind as (typeof CAR_KINDS)[number]}`, { who });
 }
 
 /** What the world is sent: a block by the words that it makes now. */
@@ -104,7 +103,7 @@ export function registerBlockStops(): void {
     id: "motorcade-stop",
     weight: 1,
     scopeType: Blockly.ContextMenuRegistry.ScopeType.BLOCK,
-    displayText: () => i18next.t("stops.whenBegun"),
+    displayText: () => say("stops.whenBegun"),
     preconditionFn: ({ block }) => (block && canStopAt(block.id) ? "enabled" : "hidden"),
     callback: ({ block }) => {
       const editor = block && canStopAt(block.id);

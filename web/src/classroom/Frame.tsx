@@ -1,13 +1,13 @@
 /** What all pages of a class share: the frame, the settings, and how a refused request is told. */
 
 import { type ComponentProps, type ReactNode, type SyntheticEvent, useEffect, useId, useState } from "react";
+import { inLanguage, type KeyIn, useLanguage, useTexts } from "../i18n";
 import { SocketNotice } from "../network/SocketNotice";
 import buttons from "../ui/buttons.module.css";
 import { classes } from "../ui/classes";
 import { SettingsSheet } from "../ui/SettingsSheet";
 import { type ClassError, isClassError } from "./ask";
 import css from "./class.module.css";
-import { type Key, texts, useLanguage, useSentences, useTexts } from "./texts";
 
 /** A title that may be empty or not known yet, or else another. */
 export const titleOr = (title: string | undefined, other: string) => (title === undefined || title === "" ? other : title);
@@ -23,7 +23,7 @@ interface FrameProps {
 
 /** The bar and the content of a page. */
 export function Frame({ title, tools, narrow = false, children }: FrameProps) {
-  const language = useLanguage((state) => state.language);
+  const language = useLanguage();
   useEffect(() => {
     document.title = `${title} · Motorcade`;
   }, [title, language]);
@@ -32,9 +32,9 @@ export function Frame({ title, tools, narrow = false, children }: FrameProps) {
       <header className={css.bar}>
         <h1>{title}</h1>
         <div className={css.tools}>{tools}</div>
-        <SettingsSheet texts={texts} className={css.settings} />
+        <SettingsSheet className={css.settings} />
       </header>
-      <SocketNotice language={language} />
+      <SocketNotice />
       <main className={narrow ? css.narrow : css.wide}>{children}</main>
     </div>
   );
@@ -42,8 +42,7 @@ export function Frame({ title, tools, narrow = false, children }: FrameProps) {
 
 /** Do what may be refused; `problem` is the sentence of the last refusal, until something succeeds. */
 export function useAttempt(): { problem: string; attempt: (task: () => Promise<unknown>) => Promise<boolean> } {
-  const t = useTexts();
-  const inLanguage = useSentences();
+  const t = useTexts("class");
   const [error, setError] = useState<ClassError | null>(null);
   const attempt = async (task: () => Promise<unknown>) => {
     try {
@@ -69,10 +68,10 @@ export function Problem({ text }: { text: string }) {
 }
 
 interface TextFieldProps {
-  label: Key;
+  label: KeyIn<"class">;
   value: string;
   onChange: (text: string) => void;
-  hint?: Key;
+  hint?: KeyIn<"class">;
   type?: "text" | "password";
   most?: number;
   numeric?: boolean;
@@ -81,7 +80,7 @@ interface TextFieldProps {
 
 /** A labelled field in large type. */
 export function Field({ label, value, onChange, hint, type = "text", most = 40, numeric = false, autoComplete = "off" }: TextFieldProps) {
-  const t = useTexts();
+  const t = useTexts("class");
   const id = useId();
   return (
     <div className={css.field}>

@@ -3,19 +3,19 @@
 import { type ReactNode, useEffect, useState } from "react";
 import type { ClassAbout, Self } from "../generated/classroom";
 import { RefusedError } from "../api/service";
+import { useTexts } from "../i18n";
 import { askClass, askToJoin } from "./ask";
 import { Avatar } from "./Avatar";
 import { Action, Field, Form, Frame, Problem, titleOr, useAttempt } from "./Frame";
 import css from "./class.module.css";
 import { secretInAddress } from "./secret";
-import { useTexts } from "./texts";
 
 /** Into the studio, with the shared link that led here, if one did. */
 const enterStudio = () => location.assign(`/${location.hash}`);
 
 /** Who one is, and the way into the studio. */
 function Card({ me, title, children }: { me: Self; title: "welcomeBack" | "hello"; children: ReactNode }) {
-  const t = useTexts();
+  const t = useTexts("class");
   return (
     <section className={css.card} aria-live="polite">
       <div className={css.who}>
@@ -28,7 +28,7 @@ function Card({ me, title, children }: { me: Self; title: "welcomeBack" | "hello
 }
 
 function TheCode({ code, onCode, problem, onCheck }: { code: string; onCode: (code: string) => void; problem: string; onCheck: () => void }) {
-  const t = useTexts();
+  const t = useTexts("class");
   return (
     <Form onSubmit={onCheck}>
       <Field label="code" hint="codeHint" value={code} onChange={onCode} most={20} />
@@ -41,7 +41,7 @@ function TheCode({ code, onCode, problem, onCheck }: { code: string; onCode: (co
 }
 
 function Newcomer({ avatars, join }: { avatars: readonly string[]; join: (name: string, avatar: string) => Promise<void> }) {
-  const t = useTexts();
+  const t = useTexts("class");
   const { problem, attempt } = useAttempt();
   const [name, setName] = useState("");
   const [avatar, setAvatar] = useState(() => avatars[Math.floor(Math.random() * avatars.length)] ?? "");
@@ -72,7 +72,7 @@ function Newcomer({ avatars, join }: { avatars: readonly string[]; join: (name: 
 }
 
 function ComeBack({ comeBack }: { comeBack: (name: string, number: string) => Promise<void> }) {
-  const t = useTexts();
+  const t = useTexts("class");
   const { problem, attempt } = useAttempt();
   const [name, setName] = useState("");
   const [number, setNumber] = useState("");
@@ -89,7 +89,7 @@ function ComeBack({ comeBack }: { comeBack: (name: string, number: string) => Pr
 }
 
 export function Join() {
-  const t = useTexts();
+  const t = useTexts("class");
   const { problem, attempt } = useAttempt();
   const [about, setAbout] = useState<ClassAbout | null>(null);
   const [code, setCode] = useState(secretInAddress);

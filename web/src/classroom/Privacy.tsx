@@ -1,13 +1,13 @@
 /** What the class stores, where, and for how long. */
 
+import { useTexts } from "../i18n";
 import { Frame } from "./Frame";
 import css from "./class.module.css";
-import { useTexts } from "./texts";
 
 const POINTS = ["privacyRoom", "privacyStored", "privacyTeacher", "privacyOthers", "privacyEnd", "privacyCookie"] as const;
 
 export function Privacy() {
-  const t = useTexts();
+  const t = useTexts("class");
   return (
     <Frame title={t("privacyTitle")} narrow>
       <ul className={css.points}>

@@ -1,20 +1,19 @@
 /** The blocks of the pupil whose stage the projector shows, only to be read. It brings Blockly with it: load it where it is shown. */
 
 import * as Blockly from "blockly/core";
-import i18next from "i18next";
 import { useEffect, useRef, useState } from "react";
+import studioTexts from "virtual:texts/studio";
 import { HttpService } from "../api/http";
 import { connectTo } from "../api/service";
 import { EDITORS, type EditorName, type WorkspaceState } from "../api/types";
 import { defineBlocks, setBlocklyLanguage } from "../blocks/definitions";
 import { themeOf } from "../blocks/workspaces";
 import type { StoredProject } from "../generated/messages";
-import { startLanguages } from "../i18n";
+import { say, startTexts, useLanguage } from "../i18n";
 import { useSettings } from "../state/settings";
 import { loadFigures, useStudio } from "../state/studio";
 import { watchSize } from "../ui/areas";
 import { askTeacher } from "./ask";
-import { useLanguage } from "./texts";
 import css from "./class.module.css";
 
 type Programs = Pick<StoredProject, EditorName>;
@@ -23,14 +22,17 @@ type Programs = Pick<StoredProject, EditorName>;
 const ASK_EVERY_MS = 2000;
 const LARGEST_SCALE = 1.2;
 
-/** Get Blockly ready for blocks in a language. */
-async function prepare(language: string): Promise<void> {
-  if (!i18next.isInitialized) {
+let prepared = false;
+
+/** Get Blockly ready for blocks in the page's language. */
+async function prepare(): Promise<void> {
+  if (!prepared) {
     connectTo(new HttpService());
-    startLanguages();
+    await startTexts(studioTexts);
   }
-  await i18next.changeLanguage(language);
-  await Promise.all([loadFigures(), setBlocklyLanguage(language)]);
+  prepared = true;
+  await loadFigures();
+  setBlocklyLanguage();
   defineBlocks(useStudio.getState().profileFigures!);
 }
 
@@ -81,8 +83,8 @@ function Program({ editor, state }: { editor: EditorName; state: WorkspaceState 
     fit(workspace.current!);
   }, [state]);
   return (
-    <section className={css.program} aria-label={i18next.t(`editors.${editor}Blocks`)}>
-      <h2>{i18next.t(`editors.${editor}`)}</h2>
+    <section className={css.program} aria-label={say(`editors.${editor}Blocks`)}>
+      <h2>{say(`editors.${editor}`)}</h2>
       <div ref={host} />
     </section>
   );
@@ -95,10 +97,10 @@ function fit(workspace: Blockly.WorkspaceSvg): void {
 
 /** A pupil's programs, the leader's and the followers', in the page's language. */
 export default function ShownBlocks({ pupil }: { pupil: string }) {
-  const language = useLanguage((state) => state.language);
+  const language = useLanguage();
   const [ready, setReady] = useState("");
   const programs = useDraft(pupil);
-  useEffect(() => void prepare(language).then(() => setReady(language), () => undefined), [language]);
+  useEffect(() => void prepare().then(() => setReady(language), () => undefined), [language]);
   if (ready !== language || !programs) return null;
   return (
     <div className={css.programs} key={language}>

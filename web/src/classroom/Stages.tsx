@@ -2,6 +2,7 @@
 
 import { type ReactNode, useCallback, useEffect, useRef, useState } from "react";
 import type { MatView, PupilRow, ClassWall, WallAnswer, WallWorld } from "../generated/classroom";
+import { inLanguage, useTexts, watchLanguage } from "../i18n";
 import { ClassStream } from "./ask";
 import { Avatar } from "./Avatar";
 import type { Box } from "../mat/camera";
@@ -9,7 +10,6 @@ import { watchTheme } from "../mat/colours";
 import { boxOf, type Cars, columnsFor, decodeWall, drawWorld, Tiles } from "./drawing";
 import { endAll, listen, watchSize } from "../ui/areas";
 import css from "./class.module.css";
-import { useLanguage, useSentences, useTexts } from "./texts";
 
 interface CanvasProps {
   world: WallWorld;
@@ -48,7 +48,7 @@ export function WorldCanvas({ world, label, tiles, nameOf }: CanvasProps) {
     draw();
     return () => tiles.ready(world.pupil, null);
   }, [draw, tiles, world.pupil]);
-  useEffect(() => endAll(useLanguage.subscribe(() => draw()), watchTheme(() => draw())), [draw]);
+  useEffect(() => endAll(watchLanguage(() => draw()), watchTheme(() => draw())), [draw]);
   return <canvas ref={canvas} className={css.world} role="img" aria-label={label} />;
 }
 
@@ -72,7 +72,7 @@ function Tile({ href, state, children, ...canvas }: TileProps) {
 }
 
 function PupilTile({ world, pupil, tiles }: { world: WallWorld; pupil: PupilRow; tiles: Tiles }) {
-  const t = useTexts();
+  const t = useTexts("class");
   const state = !pupil.online ? "away" : pupil.hand_s !== null ? "hand" : pupil.stuck_s !== null ? "stuck" : "works";
   return (
     <Tile world={world} tiles={tiles} label={t("stageOf", { name: pupil.name })} href={`/wall?pupil=${encodeURIComponent(pupil.id)}`} state={state}>
@@ -104,8 +104,7 @@ function useColumns(tiles: number): { list: React.RefObject<HTMLUListElement | n
 
 /** All stages, the shared mat first; `pupils` are those of the class, in the order in which they joined. */
 export function AllStages({ pupils, mat }: { pupils: readonly PupilRow[]; mat: MatView }) {
-  const t = useTexts();
-  const inLanguage = useSentences();
+  const t = useTexts("class");
   const [wall, setWall] = useState<ClassWall | null>(null);
   const [tiles] = useState(() => new Tiles());
   /** The worlds whose tiles are on the screen; null until that is known. */

@@ -2,6 +2,7 @@
 
 import { useEffect, useState } from "react";
 import type { TeacherAbout } from "../generated/classroom";
+import { inLanguage, useTexts } from "../i18n";
 import { askTeacher } from "./ask";
 import { ClassPart } from "./TeacherClass";
 import { CarsPart, MatPart } from "./TeacherDriving";
@@ -11,13 +12,12 @@ import { Icon } from "../ui/icons";
 import { Action, Field, Form, Frame, Problem, titleOr, useAttempt } from "./Frame";
 import css from "./class.module.css";
 import { secretInAddress } from "./secret";
-import { useSentences, useTexts } from "./texts";
 import { useClass } from "./WallPage";
 
 const SHORTEST_PASSWORD = 8;
 
 function Password({ about, onSignedIn }: { about: TeacherAbout; onSignedIn: () => void }) {
-  const t = useTexts();
+  const t = useTexts("class");
   const { problem, attempt } = useAttempt();
   const [password, setPassword] = useState("");
   const isFirst = !about.has_password;
@@ -53,8 +53,7 @@ const PARTS = { pupils: PupilsPart, progress: ProgressPart, handOut: HandOutPart
 type Part = keyof typeof PARTS;
 
 function SignedIn({ onSignedOut }: { onSignedOut: () => void }) {
-  const t = useTexts();
-  const inLanguage = useSentences();
+  const t = useTexts("class");
   const { view, open } = useClass();
   const { problem, attempt } = useAttempt();
   const [part, setPart] = useState<Part>("pupils");
@@ -91,7 +90,7 @@ function SignedIn({ onSignedOut }: { onSignedOut: () => void }) {
 }
 
 export function Teacher() {
-  const t = useTexts();
+  const t = useTexts("class");
   const [about, setAbout] = useState<TeacherAbout | null>(null);
   const { problem, attempt } = useAttempt();
   useEffect(() => {

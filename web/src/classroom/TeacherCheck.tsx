@@ -4,17 +4,16 @@ import { useEffect, useEffectEvent, useId, useState } from "react";
 import { textOf } from "../api/fileText";
 import type { ClassProgress } from "../generated/classroom";
 import { MOST_BYTES, MOST_FILES } from "../generated/classroom";
+import { inLanguage, useLanguage, useTexts } from "../i18n";
 import { listen } from "../ui/areas";
 import { chooseFile, chooseFiles, choosesFolders, download, fileName } from "../ui/files";
 import { askReport, type ReportOrder } from "./ask";
 import { Action, Problem, useAttempt } from "./Frame";
 import css from "./class.module.css";
-import { useLanguage, useSentences, useTexts } from "./texts";
 import { chosenFiles, droppedFiles, type Found, readWork, refusal, workOf } from "./workFiles";
 
 /** The missions as choices of a list. */
 export function MissionOptions({ missions }: { missions: ClassProgress["missions"] }) {
-  const inLanguage = useSentences();
   return missions.map(({ id, name }) => (
     <option key={id} value={id}>
       {inLanguage(name)}
@@ -44,8 +43,8 @@ function useDrop(onDrop: (data: DataTransfer) => void): boolean {
 
 /** Check all work against a mission, one of the built-in or one in a file; or files from elsewhere in place of the work. */
 export function Report({ missions }: { missions: ClassProgress["missions"] }) {
-  const t = useTexts();
-  const language = useLanguage((state) => state.language);
+  const t = useTexts("class");
+  const language = useLanguage();
   const [mission, setMission] = useState(missions[0]?.id ?? "");
   const { problem, attempt } = useAttempt();
   const [checking, setChecking] = useState(false);

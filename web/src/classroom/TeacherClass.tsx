@@ -2,15 +2,14 @@
 
 import { useEffect, useState } from "react";
 import type { ClassAddresses, ClassView } from "../generated/classroom";
+import { inLanguage, useTexts } from "../i18n";
 import { askTeacher } from "./ask";
 import { Action, Field, Form, Problem, useAttempt } from "./Frame";
 import css from "./class.module.css";
-import { useSentences, useTexts } from "./texts";
 
 /** How pupils find the class, where the QR code leads to; `canChange`: the teacher may choose that address, and a new code. */
 export function HowToJoin({ view, canChange = false }: { view: ClassView; canChange?: boolean }) {
-  const t = useTexts();
-  const inLanguage = useSentences();
+  const t = useTexts("class");
   const { problem, attempt } = useAttempt();
   const [found, setFound] = useState<ClassAddresses | null>(null);
   useEffect(() => {
@@ -57,7 +56,7 @@ export function HowToJoin({ view, canChange = false }: { view: ClassView; canCha
 }
 
 function Settings({ view }: { view: ClassView }) {
-  const t = useTexts();
+  const t = useTexts("class");
   const { problem, attempt } = useAttempt();
   const [title, setTitle] = useState(view.title);
   const set = (settings: Parameters<typeof askTeacher<"settings">>[1]) => void attempt(() => askTeacher("settings", settings));
@@ -90,7 +89,7 @@ function Settings({ view }: { view: ClassView }) {
 }
 
 function TheEnd() {
-  const t = useTexts();
+  const t = useTexts("class");
   const { problem, attempt } = useAttempt();
   const [password, setPassword] = useState("");
   const [ended, setEnded] = useState(false);
@@ -111,7 +110,7 @@ function TheEnd() {
 }
 
 export function ClassPart({ view }: { view: ClassView }) {
-  const t = useTexts();
+  const t = useTexts("class");
   return (
     <>
       <HowToJoin view={view} canChange />

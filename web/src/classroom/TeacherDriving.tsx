@@ -5,17 +5,17 @@ import type { ClassProgress, ClassView } from "../generated/classroom";
 import type { CompiledBlocks, StoredProject } from "../generated/messages";
 import { post } from "../api/connection";
 import { CarList } from "../cars/CarList";
+import { useTexts } from "../i18n";
 import { askTeacher } from "./ask";
 import { Action, Problem, useAttempt } from "./Frame";
 import { MissionOptions } from "./TeacherCheck";
 import { useOwnProjects } from "./TeacherWork";
 import css from "./class.module.css";
-import { useLanguage, useTexts } from "./texts";
 
 const NOBODY = "";
 
 export function CarsPart({ view }: { view: ClassView }) {
-  const t = useTexts();
+  const t = useTexts("class");
   const { problem, attempt } = useAttempt();
   const [missed, setMissed] = useState<readonly string[]>([]);
   const stop = () => attempt(async () => setMissed(await askTeacher("stop-all")));
@@ -65,8 +65,7 @@ async function imageOf(name: string): Promise<string | null> {
 
 /** The cars that run programs, and which of the teacher's projects they are loaded with. */
 function ProgrammedCars() {
-  const t = useTexts();
-  const language = useLanguage((state) => state.language);
+  const t = useTexts("class");
   const projects = useOwnProjects();
   const { problem, attempt } = useAttempt();
   const [name, setName] = useState(NO_PROJECT);
@@ -88,7 +87,7 @@ function ProgrammedCars() {
         </select>
       </label>
       <Problem text={image === null ? t("wrongProject", { name }) : problem} />
-      <CarList path="/api/teacher/cars" language={language} image={image ?? NO_IMAGE} program={name} stopsElsewhere />
+      <CarList path="/api/teacher/cars" image={image ?? NO_IMAGE} program={name} stopsElsewhere />
     </>
   );
 }
@@ -97,7 +96,7 @@ const MOST_FOLLOWERS = 10;
 const FREE = "";
 
 export function MatPart({ view }: { view: ClassView }) {
-  const t = useTexts();
+  const t = useTexts("class");
   const { problem, attempt } = useAttempt();
   const [missions, setMissions] = useState<ClassProgress["missions"]>([]);
   const [mission, setMission] = useState(FREE);

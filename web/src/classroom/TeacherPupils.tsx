@@ -2,12 +2,12 @@
 
 import { useState } from "react";
 import type { ClassView, PupilRow, PupilLibrary } from "../generated/classroom";
+import { useLanguage, useTexts } from "../i18n";
 import { askTeacher } from "./ask";
 import { Avatar } from "./Avatar";
 import { Icon } from "../ui/icons";
 import { Action, Form, Problem, useAttempt } from "./Frame";
 import css from "./class.module.css";
-import { useLanguage, useTexts } from "./texts";
 
 /** Raised hands first, by who waits longest; then those who are stuck; then the others in their order. */
 export function byNeed(pupils: readonly PupilRow[]): PupilRow[] {
@@ -18,8 +18,8 @@ export function byNeed(pupils: readonly PupilRow[]): PupilRow[] {
 
 /** What the pupil has saved and works on; each opens as a copy in a tab of the studio. */
 function Library({ pupil }: { pupil: PupilRow }) {
-  const t = useTexts();
-  const language = useLanguage((state) => state.language);
+  const t = useTexts("class");
+  const language = useLanguage();
   const { problem, attempt } = useAttempt();
   const [library, setLibrary] = useState<PupilLibrary | null>(null);
   const show = () => void attempt(async () => setLibrary(await askTeacher("library", { pupil: pupil.id })));
@@ -53,7 +53,7 @@ function Library({ pupil }: { pupil: PupilRow }) {
 }
 
 function Pupil({ pupil }: { pupil: PupilRow }) {
-  const t = useTexts();
+  const t = useTexts("class");
   const lasting = (seconds: number) => (seconds < 60 ? t("seconds", { count: seconds }) : t("minutes", { count: Math.floor(seconds / 60) }));
   const { problem, attempt } = useAttempt();
   const [name, setName] = useState(pupil.name);
@@ -107,7 +107,7 @@ function Pupil({ pupil }: { pupil: PupilRow }) {
 }
 
 export function PupilsPart({ view }: { view: ClassView }) {
-  const t = useTexts();
+  const t = useTexts("class");
   const here = view.pupils.filter(({ online }) => online).length;
   if (view.pupils.length === 0) return <p className={css.notice}>{t("nobodyYet", { code: view.code })}</p>;
   return (

@@ -4,12 +4,12 @@ import { useEffect, useState } from "react";
 import type { ClassProgress, ClassView } from "../generated/classroom";
 import { post } from "../api/connection";
 import type { LibraryEntry } from "../generated/messages";
+import { inLanguage, useTexts } from "../i18n";
 import { askTeacher } from "./ask";
 import { Avatar } from "./Avatar";
 import { Action, Problem, useAttempt } from "./Frame";
 import css from "./class.module.css";
 import { Report } from "./TeacherCheck";
-import { useSentences, useTexts } from "./texts";
 
 const LOOK_EVERY_MS = 5000;
 
@@ -26,8 +26,7 @@ function useProgress(): ClassProgress | null {
 }
 
 export function ProgressPart({ view }: { view: ClassView }) {
-  const t = useTexts();
-  const inLanguage = useSentences();
+  const t = useTexts("class");
   const progress = useProgress();
   if (!progress) return null;
   return (
@@ -76,8 +75,7 @@ export function useOwnProjects(): LibraryEntry[] {
 }
 
 export function HandOutPart({ view }: { view: ClassView }) {
-  const t = useTexts();
-  const inLanguage = useSentences();
+  const t = useTexts("class");
   const progress = useProgress();
   const projects = useOwnProjects();
   const { problem, attempt } = useAttempt();

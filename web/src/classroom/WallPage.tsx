@@ -4,6 +4,7 @@ import { lazy, type ReactNode, Suspense, useCallback, useEffect, useRef, useStat
 import { type Answer, decodePicture } from "../api/world";
 import type { ClassView, TeacherAbout, TeacherAnswer, ClassWall, WallWorld } from "../generated/classroom";
 import type { Goals, Sentence } from "../generated/messages";
+import { inLanguage, type KeyIn, useTexts } from "../i18n";
 import { askTeacher, ClassStream } from "./ask";
 import { Avatar } from "./Avatar";
 import { Tiles } from "./drawing";
@@ -11,7 +12,6 @@ import { HowToJoin } from "./TeacherClass";
 import { Action, Frame, titleOr } from "./Frame";
 import { AllStages, WorldCanvas } from "./Stages";
 import css from "./class.module.css";
-import { type Key, useSentences, useTexts } from "./texts";
 
 const ShownBlocks = lazy(() => import("./ShownBlocks"));
 
@@ -30,8 +30,8 @@ export function useClass(): { view: ClassView | null; open: boolean } {
 }
 
 /** Show the children to who has signed in as the teacher in this browser, and to others the way there. */
-export function TeacherOnly({ title, children }: { title: Key; children: ReactNode }) {
-  const t = useTexts();
+function TeacherOnly({ title, children }: { title: KeyIn<"class">; children: ReactNode }) {
+  const t = useTexts("class");
   const [about, setAbout] = useState<TeacherAbout | null>(null);
   useEffect(() => void askTeacher("about").then(setAbout, () => undefined), []);
   if (about?.signed_in) return children;
@@ -57,8 +57,7 @@ interface LargeProps {
 
 /** One world as large as the page, with the goals of its mission. */
 function LargeWorld({ path, label, names, playable = false }: LargeProps) {
-  const t = useTexts();
-  const inLanguage = useSentences();
+  const t = useTexts("class");
   const [world, setWorld] = useState<WallWorld | null>(null);
   const [goals, setGoals] = useState<Goals | null>(null);
   const [playing, setPlaying] = useState(false);
@@ -126,8 +125,8 @@ function LargeWorld({ path, label, names, playable = false }: LargeProps) {
 }
 
 /** All stages, or the one of the pupil that the address names. */
-export function WallPage() {
-  const t = useTexts();
+function WallPage() {
+  const t = useTexts("class");
   const { view, open } = useClass();
   const id = new URLSearchParams(location.search).get("pupil");
   const pupil = view?.pupils.find((each) => each.id === id);
@@ -154,10 +153,21 @@ export function WallPage() {
   );
 }
 
+export const Wall = () => (
+  <TeacherOnly title="wallTitle">
+    <WallPage />
+  </TeacherOnly>
+);
+
+export const SharedMat = () => (
+  <TeacherOnly title="matTitle">
+    <MatPage />
+  </TeacherOnly>
+);
+
 /** The mat that all pupils share, with their names above their leaders. */
-export function SharedMat() {
-  const t = useTexts();
-  const inLanguage = useSentences();
+function MatPage() {
+  const t = useTexts("class");
   const { view } = useClass();
   const entries = view?.mat.entries.map((id) => view.pupils.find((pupil) => pupil.id === id)) ?? [];
   const title = view && view.mat.state !== "closed" ? inLanguage(view.mat.title) : t("matTitle");

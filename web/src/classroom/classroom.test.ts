@@ -1,12 +1,15 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import texts from "virtual:texts/class";
 import type { PupilRow, WallWorld } from "../generated/classroom";
 import { ClassStream } from "./ask";
 import { byNeed } from "./TeacherPupils";
+import { changeLanguage, startTexts } from "../i18n";
 import { bytesOf } from "../api/testStream";
 import { type Painted, testContext, watchCanvases } from "../mat/testCanvas";
 import { boxOf, columnsFor, decodeWall, drawWorld, Tiles } from "./drawing";
 import { secretOf } from "./secret";
-import { useLanguage } from "./texts";
+
+await startTexts(texts);
 
 // The first and the third world of list 5: one car, and none.
 const GOLDEN =
@@ -210,11 +213,11 @@ describe("the projector", () => {
     expect([...angles]).toEqual(["-0.500", "-1.000"]);
   });
 
-  it("has names of zones in the page's language", () => {
+  it("has names of zones in the page's language", async () => {
     const zones = [{ title: { en: "the garage", zh: "车库" }, name: "garage", centre_m: [1, 1], radius_m: 0.5, corners_m: [] }];
     const world = worldWith({ zones });
     for (const language of ["zh", "en"]) {
-      useLanguage.setState({ language });
+      await changeLanguage(language);
       drawWorld(testContext(300, 200), { world, cars: undefined, box: boxOf(world, undefined, null) });
     }
     expect(painted.filter(({ what }) => what === "fillText").map(({ args }) => args[0])).toEqual(["车库", "the garage"]);

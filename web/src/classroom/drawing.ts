@@ -3,11 +3,11 @@
 import { type Picture, Flag } from "../api/world";
 import type { WallWorld } from "../generated/classroom";
 import { columnBytes, columnsOf } from "../generated/world";
+import { inLanguage, languageNow } from "../i18n";
 import { around, type Box, boxAround, boxOfMat, cameraOn, grown } from "../mat/camera";
 import { type CarLook, carAt } from "../mat/carLooks";
 import { paint, viewOf } from "../mat/painter";
 import { once } from "../mat/ways";
-import { inLanguage, useLanguage } from "./texts";
 
 /** What a small world shows of its cars: some columns of a picture. */
 export type Cars = Pick<Picture, "tMs" | "x" | "y" | "heading" | "led" | "flags" | "cars">;
@@ -97,7 +97,7 @@ export function drawWorld(
 ): void {
   const size = { width: context.canvas.width / sharpness, height: context.canvas.height / sharpness };
   const zones = zonesOf(world);
-  const { language } = useLanguage.getState();
+  const language = languageNow();
   if (zones.language !== language) Object.assign(zones, { language, shown: zones.shown.map((shown) => ({ ...shown, name: inLanguage(shown.zone.title) })) });
   const view = viewOf(world.mat);
   const { leader, follower } = view.theme;

@@ -419,6 +419,15 @@ export interface Why {
   value: number;
 }
 
+/** What cars think at the shown time, the most telling thoughts first; the others think nothing. */
+export interface Thoughts { is: "thoughts"; thoughts: CarThought[] }
+
+/** What a car thinks: the short form of its answer to 'Why?'. */
+export interface CarThought {
+  car: number;
+  thought: "blocked" | "blockedByCar" | "collisions" | "damaged" | "deaf" | "hidden" | "noLine" | "noProgram" | "notPassedOn" | "nothing" | "outsideBeam" | "tooFar" | "waiting";
+}
+
 /** The goals of the mission at the shown time, in its order; ``is_over``: the run has ended. */
 export interface Goals { is: "goals"; is_over: boolean; goals: GoalNow[] }
 
@@ -527,7 +536,7 @@ export interface Compared { is: "compared"; t_ms: number }
 
 export type WorldMessage = SetWorld | Play | Pause | StepWorld | Reset | StopWhen | Speak | SetEnvironment | Move | Watch | Seek | Resume | Shown;
 
-export type WorldAnswer = WorldHello | State | CarDetails | Goals | Stopped | Refused;
+export type WorldAnswer = WorldHello | State | CarDetails | Thoughts | Goals | Stopped | Refused;
 
 export type Outcome = Verified | NotVerified | ImageRead | Failed;
 

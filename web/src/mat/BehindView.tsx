@@ -1,5 +1,5 @@
 import { useEffect, useRef } from "react";
-import { useTranslation } from "react-i18next";
+import { useTexts } from "../i18n";
 import { isCalm, sharpContext } from "../ui/areas";
 import { eyeBehind, paintBehind } from "./behind";
 import { shortestTurn } from "./motion";
@@ -18,7 +18,7 @@ export function BehindView() {
 }
 
 function Behind({ scene, car }: { scene: Scene; car: number }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const host = useRef<HTMLCanvasElement>(null);
   const leads = useMat(({ hello }) => hello?.leads?.includes(car) ?? false);
 

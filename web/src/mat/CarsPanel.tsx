@@ -1,5 +1,5 @@
 import { memo, useEffect, useRef } from "react";
-import { useTranslation } from "react-i18next";
+import { useTexts } from "../i18n";
 import { openMat, saveMat } from "../projects/actions";
 import { endEdit } from "../state/history";
 import { useSettings } from "../state/settings";
@@ -20,7 +20,7 @@ const MOST_SPARE = 60;
 const MOST_SEED = 2 ** 32 - 1;
 
 export const CarsPanel = memo(function CarsPanel() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const mat = useStudio((studio) => studio.mat);
   const inMission = useStudio(({ mission }) => mission !== null);
   const { tracks, air, hello } = useMat();
@@ -62,7 +62,7 @@ export const CarsPanel = memo(function CarsPanel() {
 
 /** What a mission fixes: how many cars there are, and how messages reach them. */
 function Conditions() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const mat = useStudio((studio) => studio.mat);
   const rangeMm = useStudio((studio) => studio.rangeMm);
   const hello = useMat((now) => now.hello);
@@ -95,7 +95,7 @@ function Conditions() {
 
 /** While the slider moves, each number is made from the mat of its beginning: one that grew for 1,000 cars shrinks again. */
 function Followers() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const mat = useStudio(({ mat }) => mat);
   const mostCars = useStudio(({ capabilities }) => capabilities?.most_cars ?? MOST_FOLLOWERS);
   const base = useRef<{ from: Mat; made: Mat; wanted: number; spare: number } | null>(null);
@@ -132,7 +132,7 @@ function Followers() {
 }
 
 function Seed() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const seed = useMat((now) => now.seed);
   return (
     <NumberBox

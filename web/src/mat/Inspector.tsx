@@ -1,10 +1,9 @@
-import i18next from "i18next";
 import { Link } from "react-aria-components";
-import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
 import { type CarDetails, type LossReason, LOSS_REASONS, NO_INDEX } from "../api/world";
 import { FORMATS } from "../generated/steps";
 import { CarStops } from "../certainty/StopTools";
+import { say, useTexts } from "../i18n";
 import { useStudio, useWords } from "../state/studio";
 import { bitsOf, colourOf, fieldMeaning, isTold, valueOf } from "../words/bits";
 import { duplicateChosen, removeChosen, turnCar } from "./actions";
@@ -23,7 +22,7 @@ import { classes } from "../ui/classes";
 import { TextButton } from "../ui/controls";
 
 export function Inspector() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const chosen = useMat((now) => now.chosen);
   const car = useMat(chosenCar);
   const inMission = useStudio(({ mission }) => mission !== null);
@@ -52,7 +51,7 @@ export function Inspector() {
 }
 
 function CarPicker({ car }: { car: number | null }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const cars = useMat(({ hello }) => hello?.cars ?? 0);
   const pick = (number: number) => choose({ car: Math.min(cars - 1, Math.max(0, number)) });
   return (
@@ -65,7 +64,7 @@ function CarPicker({ car }: { car: number | null }) {
 }
 
 function CarInspector({ car }: { car: number }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const details = useMat((now) => now.details);
   const followed = useMat((now) => now.followed);
   const chase = useMat((now) => now.chase);
@@ -104,7 +103,7 @@ const MOST_NAMED = 12;
 
 /** The cars that somebody drives or drove; a button lets the chosen one continue its program. */
 function DrivenCars({ car }: { car: number | null }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const driven = useMat(({ state }) => state?.driven ?? NONE);
   // They are those of the present.
   const past = useMat((now) => now.past);
@@ -122,7 +121,7 @@ function DrivenCars({ car }: { car: number | null }) {
 
 /** Where the chosen car is, as a text for those who can't see the mat. */
 function Place() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const pose = useMat((now) => now.pose);
   if (!pose) return null;
   const metres = (value: number) => value.toFixed(2);
@@ -131,7 +130,7 @@ function Place() {
 
 function Details({ details }: { details: CarDetails }) {
   const words = useWords();
-  const { t } = useTranslation();
+  const t = useTexts();
   const { word, values, last_frame: last, lost } = details;
   const losses = LOSS_REASONS.filter((why): why is Exclude<LossReason, ""> => why !== "").filter((why) => lost[why]);
   return (
@@ -159,8 +158,8 @@ function Details({ details }: { details: CarDetails }) {
 
 /** Whether the word runs, and which of the program's it is; one that was damaged on the way is none of them. */
 function wordText({ runs, index }: CarDetails): string {
-  if (!runs) return i18next.t("mat.over");
-  return index === NO_INDEX ? i18next.t("mat.runsOther") : i18next.t("mat.runs", { count: index });
+  if (!runs) return say("mat.over");
+  return index === NO_INDEX ? say("mat.runsOther") : say("mat.runs", { count: index });
 }
 
 function Counter({ title, count }: { title: string; count: number }) {

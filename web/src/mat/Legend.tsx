@@ -1,9 +1,9 @@
 import { useEffect, useState } from "react";
 import { Button } from "react-aria-components";
-import { useTranslation } from "react-i18next";
 import type { EditorName } from "../api/types";
 import { NO_INDEX, type Picture } from "../api/world";
 import { findText } from "../blocks/workspaces";
+import { useTexts } from "../i18n";
 import { useSettings } from "../state/settings";
 import { useWords } from "../state/studio";
 import { Icon } from "../ui/icons";
@@ -22,7 +22,7 @@ function heldWords(picture: Picture | null): string {
 
 /** What the colours of the cars mean: the blocks whose words they hold now. Closed, only the colours show. */
 export function Legend() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const words = useWords();
   const open = useSettings((settings) => settings.legend);
   const marksShow = useSettings((settings) => settings.level !== "start");

@@ -1,6 +1,6 @@
 import { type KeyboardEvent, memo, useEffect, useRef, useState } from "react";
-import { useTranslation } from "react-i18next";
 import { tapZone } from "../certainty/stops";
+import { useTexts } from "../i18n";
 import { useMission } from "../missions/store";
 import { endEdit } from "../state/history";
 import { useStudio, useWords } from "../state/studio";
@@ -154,7 +154,7 @@ function press(event: KeyboardEvent, scene: Scene): boolean {
 }
 
 export function MatCanvas() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const words = useWords();
   const host = useRef<HTMLDivElement>(null);
   const scene = useMat((now) => now.scene);
@@ -210,7 +210,7 @@ export function MatCanvas() {
 
 /** The buttons for the view; the scale beside them changes with each picture while the camera moves. */
 const ViewTools = memo(function ViewTools({ scene, held }: { scene: Scene | null; held: boolean }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const cars = useMat(({ hello }) => hello?.cars ?? 0);
   const chased = useMat(chasedCar);
   const zoom = (factor: number) => scene?.look(zoomed(scene.camera, scene.size, factor));

@@ -1,8 +1,7 @@
-import i18next from "i18next";
 import { memo, useEffect, useState } from "react";
-import { useTranslation } from "react-i18next";
 import type { Picture } from "../api/world";
 import type { ReceivedFrame } from "../generated/messages";
+import { say, useLanguage } from "../i18n";
 import { useSettings } from "../state/settings";
 import { clock } from "../timeline/events";
 import { endAll } from "../ui/areas";
@@ -16,7 +15,7 @@ const MINIMUM_MS = 3000;
 
 /** What the cars do: the sentence on the stage is true now; screen readers announce it when it has changed, in peace. */
 export const Narration = memo(function Narration() {
-  const { i18n } = useTranslation();
+  const language = useLanguage();
   const on = useSettings((settings) => settings.caption);
   // Who begins has not met lost messages yet.
   const isStart = useSettings((settings) => settings.level === "start");
@@ -43,7 +42,7 @@ export const Narration = memo(function Narration() {
     // What was not due when the last picture came is announced later.
     const timer = setInterval(() => tell(session.picture), MINIMUM_MS);
     return endAll(session.listen(tell), () => clearInterval(timer));
-  }, [on, isStart, i18n.language]);
+  }, [on, isStart, language]);
 
   return (
     <>
@@ -58,5 +57,5 @@ export const Narration = memo(function Narration() {
 /** The last frame that a car received: its control word, sender and time, and of a tagged frame its tag and check. */
 export function lastFrameText({ word, tag, check, car, t_ms }: ReceivedFrame): string {
   const frame = { word: word.toUpperCase(), car, time: clock(t_ms) };
-  return tag ? i18next.t("mat.lastTaggedFrame", { ...frame, tag, check }) : i18next.t("mat.lastFrame", frame);
+  return tag ? say("mat.lastTaggedFrame", { ...frame, tag, check }) : say("mat.lastFrame", frame);
 }

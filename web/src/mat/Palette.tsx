@@ -1,6 +1,6 @@
 import { memo, type PointerEvent, useEffect, useRef, useState } from "react";
 import { createPortal } from "react-dom";
-import { useTranslation } from "react-i18next";
+import { useTexts } from "../i18n";
 import { type NewKind, NEW_KINDS, place } from "./actions";
 import { toWorld } from "./camera";
 import { Icon } from "../ui/icons";
@@ -16,7 +16,7 @@ interface Drag {
 
 /** Things to drag onto the mat; a key or a tap puts one in the middle. */
 export const Palette = memo(function Palette() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const scene = useMat((now) => now.scene);
   const drawing = useMat((now) => now.drawing);
   const [drag, setDrag] = useState<Drag | null>(null);

@@ -1,6 +1,6 @@
 import { ListBox, ListBoxItem } from "react-aria-components";
-import { useTranslation } from "react-i18next";
 import { PieceStop } from "../certainty/StopTools";
+import { useTexts } from "../i18n";
 import { useStudio } from "../state/studio";
 import { carsOf } from "./cars";
 import { canGrow, canLose, changed, FURNITURE, handlesOf, listOf, pieceOf, type PieceId, reshaped, retimed, type Voice, without, withoutPoint, withPointAfter } from "./document";
@@ -15,7 +15,7 @@ const MOST_POINTS = 24;
 
 /** All furniture by name, and the chosen piece's points as numbers, for use by keyboard. */
 export function PieceInspector() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const mat = useStudio(({ mat }) => mat);
   const piece = useMat(chosenPiece);
   const cars = carsOf(mat);
@@ -48,7 +48,7 @@ export function PieceInspector() {
 }
 
 function Points({ id }: { id: PieceId }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const mat = useStudio(({ mat }) => mat);
   const piece = pieceOf(mat, id);
   if (!piece) return null;
@@ -106,7 +106,7 @@ const SMALLEST_M = 0.01;
 
 /** The mat's voices: the word of each, its time, and the area in which cars hear it. */
 export function Voices() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const mat = useStudio(({ mat }) => mat);
   const voices = mat.voice ?? [];
   const change = (voice: readonly Voice[]) => editMat(voice.length ? { ...mat, voice } : without(mat, "voice"));
@@ -142,7 +142,7 @@ interface OneVoiceProps {
 }
 
 function OneVoice({ number, voice, middle, onChange, onRemove }: OneVoiceProps) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const { at_s, word, centre_m, radius_m } = voice;
   const everywhere = centre_m === undefined;
   const toggle = (on: boolean) =>

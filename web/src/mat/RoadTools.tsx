@@ -1,4 +1,4 @@
-import { useTranslation } from "react-i18next";
+import { useTexts } from "../i18n";
 import { useStudio } from "../state/studio";
 import { putConvoy, turnRoad } from "./actions";
 import { MOST_ONE_BY_ONE } from "./cars";
@@ -11,7 +11,7 @@ import css from "./mat.module.css";
 
 /** While roads are drawn: what to do, the way for the cars onto the newest road, and the end of it. */
 export function DrawHint() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const drawing = useMat((now) => now.drawing);
   const piece = useMat(chosenPiece);
   if (!drawing) return null;
@@ -25,7 +25,7 @@ export function DrawHint() {
 }
 
 function PutConvoy({ id }: { id: PieceId }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const cars = useMat(({ hello }) => hello?.cars ?? 0);
   const isPossible = cars > 0 && cars <= MOST_ONE_BY_ONE;
   return <ToolButton icon="leader" wide tone="main" label={t("mat.putConvoy")} isDisabled={!isPossible} onPress={() => putConvoy(id)} />;
@@ -37,7 +37,7 @@ const LARGEST_M = 2000;
 
 /** What a road has beside its points, and what is done with it. */
 export function RoadInspector({ id }: { id: PieceId }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const mat = useStudio(({ mat }) => mat);
   const line = pieceOf(mat, id) as Line | undefined;
   if (!line) return null;

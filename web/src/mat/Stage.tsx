@@ -1,9 +1,8 @@
 import { useEffect, useMemo } from "react";
-import { useTranslation } from "react-i18next";
 import { StoppedNotice, ZoneCard } from "../certainty/StopTools";
 import { watchStops } from "../certainty/stops";
 import { trials } from "../certainty/trials";
-import { inLanguage } from "../i18n";
+import { inLanguage, useTexts } from "../i18n";
 import { useSettings } from "../state/settings";
 import { isHeard, useStudio } from "../state/studio";
 import { useMission } from "../missions/store";
@@ -82,7 +81,7 @@ function useSound(): void {
 }
 
 function Notice() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const link = useMat((now) => now.link);
   const problem = useMat((now) => now.problem);
   const isLost = link === "lost" || link === "elsewhere";

@@ -1,73 +1,21 @@
-import { useEffect, useRef, useState } from "react";
-import { useTranslation } from "react-i18next";
+import { useEffect, useRef } from "react";
+import { useTexts } from "../i18n";
 import { useStudio } from "../state/studio";
-import { endAll } from "../ui/areas";
-import { toScreen } from "./camera";
-import { session } from "./session";
 import { askWhy } from "./actions";
+import { freePlace } from "./bubbles";
+import { toScreen } from "./camera";
 import { chasedCar, useMat } from "./store";
-import { seesDark } from "./room";
-import { followsLine } from "../words/story";
-import { freePlace, type Thought, thoughtsAt } from "./thoughts";
 import css from "./mat.module.css";
 
-const EVERY_MS = 400;
-/** To compare each car with all others takes too long for more. */
-const MOST_CARS = 200;
-const BEFORE_MS = 1000;
-
-/** Short sentences above the cars that have a reason to think. The caption tells screen readers what happens. */
+/** What cars think, above them: the service says it. The caption tells screen readers what happens. */
 export function Thoughts() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const scene = useMat((now) => now.scene);
-  const [thoughts, setThoughts] = useState<{ car: number; thought: Thought }[]>([]);
+  const thoughts = useMat((now) => now.thoughts);
   const host = useRef<HTMLDivElement>(null);
   const chased = useMat((now) => chasedCar(now) !== null);
   // A program with a wrong block is none for the cars, though there are blocks.
   const isWrong = useStudio(({ compiled }) => compiled?.diagnostics.some(({ severity }) => severity === "error") ?? false);
-
-  useEffect(() => {
-    let told = "[]";
-    // Only what is new: until it draws the thoughts again, React keeps each update that it is told of.
-    const tell = (now: { car: number; thought: Thought }[]) => {
-      if (JSON.stringify(now) === told) return;
-      told = JSON.stringify(now);
-      setThoughts(now);
-    };
-    let past: { tMs: number; x: Float32Array; y: Float32Array }[] = [];
-    const look = () => {
-      const { picture } = session;
-      const { hello } = useMat.getState();
-      if (!picture || !hello || picture.cars > MOST_CARS) {
-        tell([]);
-        return;
-      }
-      const { rangeMm, mat, compiled, profileFigures } = useStudio.getState();
-      const now = thoughtsAt({
-        picture,
-        leads: new Set(hello.leads),
-        rangeM: rangeMm === null ? (hello.range_m ?? 1) : rangeMm / 1000,
-        radiusM: hello.radius_m ?? 0.075,
-        missesLine: (car) => {
-          const word = compiled?.words[picture.index[car]!];
-          return word !== undefined && profileFigures !== null && followsLine(word, profileFigures) && !seesDark(mat, picture, car);
-        },
-        eventsOf: (car) => session.events.of(car),
-        knownFromMs: session.events.knownFromMs,
-        before: past[0] ?? null,
-      });
-      tell(now);
-    };
-    const end = session.listen(({ tMs, x, y, fresh, past: scrubbed }) => {
-      if (fresh || scrubbed) past = [];
-      const last = past.at(-1);
-      if (!scrubbed && (!last || tMs - last.tMs >= EVERY_MS / 2)) past = [...past.filter((each) => tMs - each.tMs <= BEFORE_MS), { tMs, x, y }];
-      // What is told has to be true of each picture; what comes to be true is told a little later.
-      if (told !== "[]" || fresh || scrubbed || !last) look();
-    });
-    const timer = setInterval(look, EVERY_MS);
-    return endAll(end, () => clearInterval(timer));
-  }, []);
 
   useEffect(() => {
     if (!scene) return;

@@ -1,6 +1,6 @@
 import { memo } from "react";
 import { Button } from "react-aria-components";
-import { useTranslation } from "react-i18next";
+import { useTexts } from "../i18n";
 import { useSettings } from "../state/settings";
 import { isHeard, showAlone, toggleSound, useStudio, useWords } from "../state/studio";
 import { tellWrongBlock } from "../blocks/fixes";
@@ -19,11 +19,13 @@ const FRACTIONS: Record<string, string> = { 0.25: "¼", 0.5: "½" };
 
 /** Everything that lets the cars drive: play, again, speed, time, and the words to say where a car listens. */
 export const Transport = memo(function Transport() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const words = useWords();
   const playing = useMat(({ state }) => state?.playing ?? false);
   const cars = useMat(({ hello }) => hello?.cars ?? 0);
   const empty = cars === 0;
+  const waits = useWaits();
+  const drives = playing ? t("mat.pause") : t("mat.play");
   const alone = useStudio((studio) => studio.alone);
   const listens = words.some((word) => valueOf(word, "voice"));
   return (
@@ -35,7 +37,7 @@ export const Transport = memo(function Transport() {
         onPress={() => (playing ? session.send({ do: "pause" }) : tellWrongBlock() || session.play())}
       >
         <Icon name={playing ? "pause" : "play"} />
-        <span>{playing ? t("mat.pause") : t("mat.play")}</span>
+        <span>{waits ? t(`mat.waits.${waits}`) : drives}</span>
       </Button>
       <ToolButton icon="reset" label={t("mat.reset")} isDisabled={empty} onPress={() => session.reset()} />
       <Speed />
@@ -56,9 +58,21 @@ export const Transport = memo(function Transport() {
   );
 });
 
+/** What Play waits for, as long as there are no cars; null where it is for the user to add some. */
+function useWaits(): "python" | "server" | "words" | null {
+  const service = useStudio((studio) => studio.service);
+  const isCompiled = useStudio(({ compiled }) => compiled !== null);
+  const link = useMat((now) => now.link);
+  const cars = useMat(({ hello }) => hello?.cars ?? 0);
+  if (cars) return null;
+  if (service === "starting" || service === "restarting") return "python";
+  if (link !== "open") return "server";
+  return isCompiled ? null : "words";
+}
+
 /** The time, which changes far more often than the buttons beside it. */
 function Clock() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const tMs = useMat((now) => now.tMs);
   const past = useMat((now) => now.past);
   return (
@@ -69,7 +83,7 @@ function Clock() {
 }
 
 function SoundButton() {
-  const { t } = useTranslation();
+  const t = useTexts();
   // Both decide whether the stage is heard.
   useSettings((settings) => settings.sound);
   useStudio(({ alone, loudProjector }) => `${alone} ${loudProjector}`);
@@ -78,7 +92,7 @@ function SoundButton() {
 }
 
 function Speed() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const speed = useMat((now) => now.speed);
   return (
     <Choice

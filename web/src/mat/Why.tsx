@@ -2,10 +2,9 @@
 
 import { useEffect, useRef, useState } from "react";
 import { Button } from "react-aria-components";
-import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
 import { type CarDetails, Flag, NO_INDEX, type Picture } from "../api/world";
-import { inLanguage } from "../i18n";
+import { inLanguage, useTexts } from "../i18n";
 import { useStudio, useWords } from "../state/studio";
 import { IconButton, TextButton } from "../ui/controls";
 import { storyOf } from "../words/story";
@@ -21,7 +20,7 @@ import css from "./mat.module.css";
 
 /** The answer, and a button that changes it. It is about the present. */
 export function WhyAnswer({ details }: { details: CarDetails }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const past = useMat((now) => now.past);
   // A mission's mat and range are fixed; the program is the pupil's.
   const inMission = useStudio(({ mission }) => mission !== null);
@@ -69,7 +68,7 @@ function Announced({ text }: { text: string }) {
 
 /** What the car that was tapped tells: beside it, and whole within the stage. */
 export function CarCard() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const scene = useMat((now) => now.scene);
   const asked = useMat((now) => now.asked);
   const car = useMat((now) => now.asked && chosenCar(now));

@@ -1,8 +1,8 @@
 /** What the cars do at the moment of a picture: in numbers, as a sentence, and by which blocks. */
 
-import i18next from "i18next";
 import { type CompiledWord, type EditorName, EDITORS } from "../api/types";
 import { Flag, LATELY_S, NO_INDEX, NO_LED, type Picture } from "../api/world";
+import { say } from "../i18n";
 import type { Studio } from "../state/studio";
 
 /** `driven` is a car that somebody drives, in any direction. */
@@ -45,12 +45,12 @@ export function describe(summary: Summary, losses: Losses): string {
   const list = (who: "leaders" | "followers") =>
     Object.entries(summary[who])
       .filter(([, count]) => count > 0)
-      .map(([what, count]) => i18next.t(`mat.account.${who}.${what as Activity}`, { count }));
+      .map(([what, count]) => say(`mat.account.${who}.${what as Activity}`, { count }));
   const parts = [...list("leaders"), ...list("followers")];
-  if (summary.lit) parts.push(i18next.t("mat.account.lit", { count: summary.lit }));
-  if (summary.lost && losses === "counted") parts.push(i18next.t("mat.account.lost", { count: summary.lost, seconds: LATELY_S }));
-  if (summary.lost && losses === "mentioned") parts.push(i18next.t("mat.account.someLost", { seconds: LATELY_S }));
-  return parts.length ? parts.join(i18next.t("mat.account.between")) + i18next.t("mat.account.end") : "";
+  if (summary.lit) parts.push(say("mat.account.lit", { count: summary.lit }));
+  if (summary.lost && losses === "counted") parts.push(say("mat.account.lost", { count: summary.lost, seconds: LATELY_S }));
+  if (summary.lost && losses === "mentioned") parts.push(say("mat.account.someLost", { seconds: LATELY_S }));
+  return parts.length ? parts.join(say("mat.account.between")) + say("mat.account.end") : "";
 }
 
 /** Decides when to announce a text: not before a screen reader has finished the last one. */

@@ -1,7 +1,7 @@
 /** What pointer, keys and buttons do to cars and furniture. */
 
-import i18next from "i18next";
 import { poseIn } from "../api/world";
+import { say } from "../i18n";
 import { notify } from "../state/dialogs";
 import { record } from "../state/history";
 import { useStudio } from "../state/studio";
@@ -143,7 +143,7 @@ export function putConvoy(id: PieceId): void {
   editMat({ ...mat, car: cars });
   choose(null);
   drawRoads(false);
-  if (left) notify(i18next.t("mat.convoyLeft", { count: left }));
+  if (left) notify(say("mat.convoyLeft", { count: left }));
 }
 
 function addCar(car: Car): void {

@@ -1,10 +1,11 @@
 import { expect, it } from "vitest";
-import { changeLanguage, startLanguages } from "../i18n";
+import texts from "virtual:texts/studio";
+import { changeLanguage, startTexts } from "../i18n";
 import { describe, Pace, summarize } from "./account";
 import { lastFrameText } from "./Narration";
 import { pictureOf } from "./testPictures";
 
-startLanguages();
+await startTexts(texts);
 const [FORWARD, LEFT] = [2, 5];
 const SUMMARY = summarize(
   pictureOf([{ wheels: FORWARD }, { wheels: FORWARD, led: 1 }, { wheels: FORWARD }, { wheels: FORWARD }, { wheels: LEFT }, {}], {}),
@@ -18,18 +19,18 @@ it("counts what leaders and followers do", () => {
   expect(SUMMARY.lit).toBe(1);
 });
 
-it("describes it in both languages", () => {
-  changeLanguage("en");
+it("describes it in both languages", async () => {
+  await changeLanguage("en");
   expect(describe(SUMMARY, "counted")).toBe(
     "The leader drives forward; 3 followers drive forward; 1 follower turns left; 1 follower stands still; " +
       "1 car has a lamp on; 4 messages lost in the last 5 seconds.",
   );
-  changeLanguage("zh");
+  await changeLanguage("zh");
   expect(describe(SUMMARY, "none")).toBe("1 台主机前进；3 台从机前进；1 台从机左转；1 台从机静止；1 辆小车亮灯。");
 });
 
-it("says of lost messages what stays true while their number changes", () => {
-  changeLanguage("en");
+it("says of lost messages what stays true while their number changes", async () => {
+  await changeLanguage("en");
   expect(describe(SUMMARY, "mentioned")).toContain("; messages were lost in the last 5 seconds.");
   expect(describe({ ...SUMMARY, lost: 0 }, "mentioned")).not.toContain("lost");
 });
@@ -67,16 +68,16 @@ it("announces changes, each no earlier than the one before could be announced", 
 const BARE = { word: "c0280000", tag: 0, check: 0, car: 3, t_ms: 65_000 };
 const TAGGED = { ...BARE, tag: 5, check: 28 };
 
-it("shows the word, the sender and the time of the last frame", () => {
-  changeLanguage("en");
+it("shows the word, the sender and the time of the last frame", async () => {
+  await changeLanguage("en");
   expect(lastFrameText(BARE)).toBe("Heard last: C0280000 from car 3 at 1:05.0");
 });
 
-it("names tag and check of a tagged frame, in both languages", () => {
-  changeLanguage("en");
+it("names tag and check of a tagged frame, in both languages", async () => {
+  await changeLanguage("en");
   expect(lastFrameText(TAGGED)).toBe("Heard last: C0280000 with tag 5 and check 28 from car 3 at 1:05.0");
-  changeLanguage("zh");
+  await changeLanguage("zh");
   expect(lastFrameText(TAGGED)).toBe("最近收到：C0280000，标签 5，校验码 28，来自小车 3，时间 1:05.0");
   expect(lastFrameText(BARE)).not.toContain("标签");
-  changeLanguage("en");
+  await changeLanguage("en");
 });

@@ -1,11 +1,11 @@
 /** Carry out what the answer to 'Why?' names, as an edit that can be undone. The service computes what changes. */
 
-import i18next from "i18next";
 import * as Blockly from "blockly/core";
 import { request } from "../api/service";
 import { hatOf } from "../blocks/definitions";
 import { workspaceOf } from "../blocks/workspaces";
 import type { RemedyChanges, RemedyOrder, Why } from "../generated/messages";
+import { say } from "../i18n";
 import { notify } from "../state/dialogs";
 import { endEdit } from "../state/history";
 import { useStudio } from "../state/studio";
@@ -44,7 +44,7 @@ function apply({ mat, range_mm: rangeMm, fields }: RemedyChanges): void {
   endEdit();
   if (mat) editMat(mat);
   if (rangeMm !== null) setRange(rangeMm);
-  if (!mat && rangeMm === null && !fields.length) notify(i18next.t("mat.remedies.noRoom"), "warning");
+  if (!mat && rangeMm === null && !fields.length) notify(say("mat.remedies.noRoom"), "warning");
   const workspace = workspaceOf("followers");
   Blockly.Events.setGroup(true);
   for (const { block, field, value } of fields) {

@@ -2,7 +2,7 @@ import { describe, expect, it } from "vitest";
 import { added, type Car, type Line, type Mat, newPiece, type Point } from "./document";
 import { convoyOn, hasRoomForTile, REACH_M, roadOf, simplified, turnedRoad, withRoad, withTile } from "./roads";
 import { roadMarks } from "./marks";
-import { distanceToPiece, hasRoomForCar, hasRoomForPiece, seesDark } from "./room";
+import { distanceToPiece, hasRoomForCar, hasRoomForPiece } from "./room";
 import { alongWay, bandAlong, lengthOf, wayOf } from "./ways";
 
 const EMPTY: Mat = { format: "motorcade-mat/1", name: "Table", size_m: [4, 3] };
@@ -158,12 +158,6 @@ describe("a convoy put on a road", () => {
     const gaps = placed.map(({ at_m: [x, y] }, k) => Math.hypot(x - placed[(k + 1) % 12]!.at_m[0], y - placed[(k + 1) % 12]!.at_m[1]));
     expect(Math.min(...gaps)).toBeGreaterThan(0.18);
   });
-});
-
-it("a car sees the line that its front is on, and no other", () => {
-  const mat: Mat = { ...EMPTY, line: [{ points_m: [[1, 1], [3, 1]] }] };
-  const cars = { x: [2, 2, 2], y: [1, 1.15, 1.05], heading: [0, Math.PI / 2, -Math.PI / 2] };
-  expect([0, 1, 2].map((car) => seesDark(mat, cars, car))).toEqual([true, false, true]);
 });
 
 it("what is flat is in nobody's way", () => {

@@ -1,7 +1,7 @@
 /** Where there is room on a mat: new things are put beside what stands there, never onto it. */
 
 import { FURNITURE, type FurnitureKind, handlesOf, isFlat, listOf, type Mat, newPiece, type Piece, type Point } from "./document";
-import { distance, LINE_M, stretchesOf } from "./ways";
+import { distance, stretchesOf } from "./ways";
 
 /** Kept free around everything, in metres. */
 const AIR_M = 0.05;
@@ -39,17 +39,6 @@ export function distanceToPiece(piece: Piece, point: Point): number {
   const { corners_m } = piece;
   if (isInside(corners_m, point)) return 0;
   return Math.min(...corners_m.map((corner, k) => distanceToLine(corner, corners_m[(k + 1) % corners_m.length]!, point)));
-}
-
-/** How far ahead of a car's middle its floor sensors look, and how far from there one of them may be, in metres. */
-const LOOK_AHEAD_M = 0.06;
-const ASIDE_M = 0.05;
-
-/** Whether there is a line or something else that is dark where a car's floor sensors look, roughly. */
-export function seesDark(mat: Mat, { x, y, heading }: { x: ArrayLike<number>; y: ArrayLike<number>; heading: ArrayLike<number> }, car: number): boolean {
-  const at: Point = [x[car]! + LOOK_AHEAD_M * Math.cos(heading[car]!), y[car]! + LOOK_AHEAD_M * Math.sin(heading[car]!)];
-  const widthOf = (piece: Piece) => ("points_m" in piece ? (piece.width_m ?? LINE_M) : 0);
-  return FURNITURE.some((kind) => isFlat(kind) && listOf(mat, kind).some((piece) => distanceToPiece(piece, at) <= widthOf(piece) / 2 + ASIDE_M));
 }
 
 /** The first car that stands beside its mat, which is allowed where the edge is open; null where none does. */

@@ -21,6 +21,7 @@ import { runningBlocks, sameRunning } from "./account";
 import { beginning, type CarPoses } from "./cars";
 import type { Mat } from "./document";
 import { type Miss, MissedWords } from "./missed";
+import { type PlayEvent, stateAfter, TO_PLAY } from "./play";
 import { chosenCar, useMat } from "./store";
 
 const BEGINNING_KEY = "motorcade.world.beginning";
@@ -31,8 +32,8 @@ const SHOW_EVERY_MS = 120;
 /** A car that has driven for so long is seen to drive. */
 const DRIVEN_MS = 100;
 
-/** What changes how a world is played: a partner's page does the same. */
-const CONDUCTED: readonly Command["do"][] = ["play", "pause", "step", "reset", "seek"];
+/** What changes how a world is played, as an event of this page's play; a partner's page does the same. */
+const CONDUCTED: Partial<Record<Command["do"], PlayEvent>> = { play: "play", pause: "pause", step: "pause", reset: "pause", seek: "pause" };
 /** While both play, their times may differ by so much; `step` takes so many ticks at most, so often. */
 const NEAR_MS = 300;
 const MOST_TICKS = 100;
@@ -53,18 +54,12 @@ export class Session {
   private readonly listeners = new Set<(picture: Picture, missed: readonly Miss[]) => void>();
   private connection: WorldConnection | null = null;
   private unsubscribe: (() => void) | null = null;
-  /** What the server has of the mat; null until it answers. */
-  private sent: { beginning: string | null; mat: Mat | null; rangeMm: number | null } | null = null;
-  private movedStarts = false;
-  /** The user's command awaits its state; how the partner's page plays, to be done once the world stands. */
-  private commanded = false;
+  /** What the world has of the project; null until it answers. `isResumed`: it was there before this page; `isMoved`: cars have other starts. */
+  private sent: { beginning: string | null; mat: Mat | null; rangeMm: number | null; isResumed?: boolean; isMoved?: boolean } | null = null;
+  /** How the partner's page plays, to be done once the world stands. */
   private followed: Playing | null = null;
-  /** Play was requested, and no state of the world shows it yet. */
-  private playRequested = false;
-  /** The next world doesn't play on where the one before did. */
-  private stands = false;
-  /** The world was there before this page. */
-  private resumed = false;
+  /** The user's command awaits its state. */
+  private awaited = false;
   private timer: ReturnType<typeof setTimeout> | undefined;
   private seeking: ReturnType<typeof setTimeout> | undefined;
   private showing: ReturnType<typeof setTimeout> | undefined;
@@ -98,7 +93,7 @@ export class Session {
         else if (differs || now.mat !== before.mat || now.rangeMm !== before.rangeMm) this.sync();
       }),
     );
-    this.playRequested = useStudio.getState().isOpening && !isCalm();
+    if (useStudio.getState().isOpening && !isCalm()) this.take("play");
     this.connection = new WorldConnection(this.name, {
       onPicture: (picture) => this.receivePicture(picture),
       onAnswer: (answer) => this.receive(answer),
@@ -135,20 +130,30 @@ export class Session {
     if (!this.plays || (this.picture?.tMs ?? 0) >= DRIVEN_MS) this.resolveDrawn();
   }
 
+  /** Send what this page's user wants. */
   send(command: Command): void {
-    this.commanded ||= CONDUCTED.includes(command.do);
+    const event = CONDUCTED[command.do];
+    if (event) {
+      this.awaited = true;
+      this.take(event);
+    }
     this.pass(command);
   }
 
   private pass(command: Command): void {
-    this.playRequested = command.do === "play" || (this.playRequested && command.do !== "pause");
-    if (command.do === "play") this.stands = false;
     this.connection?.send(command);
+  }
+
+  /** Take an event of `play.ts`. */
+  private take(event: PlayEvent): void {
+    const { play } = useMat.getState();
+    const next = stateAfter(play, event);
+    if (next !== play) useMat.setState({ play: next });
   }
 
   /** Whether the world plays, or will as soon as it can. */
   get plays(): boolean {
-    return this.playRequested || (useMat.getState().state?.playing ?? false);
+    return TO_PLAY.has(useMat.getState().play);
   }
 
   play(): void {
@@ -157,8 +162,8 @@ export class Session {
 
   /** Another project is opened: its world stands at its beginning until somebody lets it play. */
   stand(): void {
+    this.take("open");
     this.pass({ do: "pause" });
-    this.stands = true;
     // It begins anew even where it is the same world.
     if (this.sent) this.sent = { ...this.sent, beginning: null };
     this.sync();
@@ -166,13 +171,14 @@ export class Session {
 
   setSpeed(speed: number): void {
     useMat.setState({ speed });
-    if (useMat.getState().state?.playing) this.play();
+    if (useMat.getState().play === "playing") this.play();
   }
 
   reset(): void {
-    if (this.movedStarts) {
-      this.commanded = true;
-      this.begin(false);
+    if (this.sent?.isMoved) {
+      this.awaited = true;
+      this.take("pause");
+      this.begin();
     } else this.send({ do: "reset", seed: useMat.getState().seed });
   }
 
@@ -180,8 +186,7 @@ export class Session {
   move(car: number, pose: Pose, mat: Mat | null): void {
     this.send({ do: "move", car, ...pose });
     if (!mat || !this.sent) return;
-    this.sent = { ...this.sent, beginning: this.beginningWith(mat), mat };
-    this.movedStarts = true;
+    this.sent = { ...this.sent, beginning: this.beginningWith(mat), mat, isMoved: true };
   }
 
   private beginningWith(mat: Mat): string {
@@ -193,10 +198,9 @@ export class Session {
     clearTimeout(this.timer);
     const { mat, rangeMm, compiled } = useStudio.getState();
     // After a reload the connection to the running world is back before its program is compiled.
-    if (!this.sent || (this.resumed && !compiled)) return;
-    if (this.sent.beginning !== this.beginningWith(mat)) {
-      this.begin(this.playRequested || (!this.stands && (useMat.getState().state?.playing ?? false)));
-    } else if (this.sent.mat !== mat || this.sent.rangeMm !== rangeMm) {
+    if (!this.sent || (this.sent.isResumed && !compiled)) return;
+    if (this.sent.beginning !== this.beginningWith(mat)) this.begin();
+    else if (this.sent.mat !== mat || this.sent.rangeMm !== rangeMm) {
       useMat.setState({ problem: null });
       this.send({ do: "set_environment", mat, range_mm: rangeMm });
       this.sent = { ...this.sent, mat, rangeMm };
@@ -204,23 +208,23 @@ export class Session {
   }
 
   /** Set a new world, which plays if the one before did, once its program is compiled. */
-  private begin(playing: boolean): void {
+  private begin(): void {
     const { mat, rangeMm, compiled, profile, mission } = useStudio.getState();
     const { seed } = useMat.getState();
     useMat.setState({ problem: null, goals: null });
+    this.take("edit");
     this.pass({ do: "set", image: compiled?.image ?? null, mat, profile, seed, range_mm: rangeMm, mission });
     this.sent = { beginning: this.beginningWith(mat), mat, rangeMm };
     keep("sessionStorage", BEGINNING_KEY, this.sent.beginning!);
-    this.movedStarts = false;
     this.starts = null;
-    this.playRequested ||= playing;
-    if (playing && compiled) this.pass({ do: "play", speed: useMat.getState().speed });
+    if (this.plays && compiled) this.pass({ do: "play", speed: useMat.getState().speed });
   }
 
   /** Play as the partner's page does: the same run at the same time. */
   follow(playing: Playing): void {
     this.followed = playing;
     useMat.setState({ speed: playing.speed, seed: playing.seed });
+    this.take("follow");
     this.pass({ do: "pause" });
   }
 
@@ -234,8 +238,10 @@ export class Session {
     let ticks = t_ms - from > (playing ? NEAR_MS : 0) ? Math.round((t_ms - from) / (useMat.getState().hello?.tick_ms ?? 1)) : 0;
     if (ticks > MOST_TICKS * MOST_STEPS) ticks = 0;
     for (; ticks > 0; ticks -= MOST_TICKS) this.pass({ do: "step", ticks: Math.min(ticks, MOST_TICKS) });
-    if (playing) this.pass({ do: "play", speed });
-    else if (t_ms < from) this.pass({ do: "seek", t_ms });
+    if (playing) {
+      this.take("play");
+      this.pass({ do: "play", speed });
+    } else if (t_ms < from) this.pass({ do: "seek", t_ms });
   }
 
   /** Show a stored moment; null for the present. Scrubbing asks for more than can be shown: only the newest is sent. */
@@ -254,6 +260,7 @@ export class Session {
 
   private linkChanged(link: LinkState): void {
     if (link !== "open") this.sent = null;
+    if (link === "lost" || link === "elsewhere") this.take(link === "lost" ? "lost" : "taken");
     useMat.setState({ link });
   }
 
@@ -261,40 +268,46 @@ export class Session {
     if (answer.is === "hello") this.receiveHello(answer);
     if (answer.is === "state") this.receiveState(answer);
     if (answer.is === "car" && answer.car === chosenCar()) useMat.setState({ details: answer });
-    if (answer.is === "goals") useMat.setState({ goals: answer });
-    if (answer.is === "stopped") useMat.setState({ stopped: answer, told: [answer.car, ...answer.others] });
+    if (answer.is === "thoughts") useMat.setState({ thoughts: answer.thoughts });
+    if (answer.is === "goals") {
+      useMat.setState({ goals: answer });
+      if (answer.is_over) this.take("over");
+    }
+    if (answer.is === "stopped") {
+      useMat.setState({ stopped: answer, told: [answer.car, ...answer.others] });
+      this.take("over");
+    }
     if (answer.is === "error") useMat.setState({ problem: answer });
   }
 
   private receiveState(state: WorldState): void {
     const tMs = state.shown_ms ?? state.t_ms;
-    // The state may be that of the world before: until its program is compiled, none counts.
-    if (state.playing && useStudio.getState().compiled) this.playRequested = false;
     // Whoever plays on, or begins again, has seen why the world stopped.
     useMat.setState({ state, tMs, seed: state.seed, ...(state.playing && { speed: state.speed, stopped: null }) });
-    if (this.commanded) this.onCommand?.(state);
-    this.commanded = false;
-    const { followed } = this;
-    if (!followed || state.playing) return;
-    this.followed = null;
-    this.catchUp(followed, state);
+    if (this.awaited) this.onCommand?.(state);
+    this.awaited = false;
+    const { play: before } = useMat.getState();
+    // The state may be that of the world before: until its program is compiled, none counts.
+    if (useStudio.getState().compiled) this.take(eventOf(state));
+    if (before === "following" && useMat.getState().play !== before) this.catchUp(this.followed!, state);
   }
 
   private receiveHello(hello: WorldHello): void {
     const isNew = !this.sent;
     if (isNew) {
       const stored = hello.resumed ? sessionStorage.getItem(BEGINNING_KEY) : null;
-      this.sent = { beginning: stored, mat: null, rangeMm: null };
-      this.resumed = hello.resumed;
-    }
+      this.sent = { beginning: stored, mat: null, rangeMm: null, isResumed: hello.resumed };
+    } else if (hello.cars) this.take("world");
     // A canvas that is made only now must not draw the cars of the world before.
     if (this.picture && this.picture.cars !== hello.cars) {
       this.drop(this.picture);
       this.picture = null;
     }
     const car = chosenCar();
-    useMat.setState({ hello, details: null, ...(car !== null && car >= hello.cars && { chosen: null }) });
+    useMat.setState({ hello, details: null, thoughts: [], ...(car !== null && car >= hello.cars && { chosen: null }) });
     if (car !== null && car < hello.cars) this.watch();
+    // It was told to stand while nothing was there to hear it.
+    if (isNew && useMat.getState().play === "following") this.pass({ do: "pause" });
     // Its answer may come at once.
     if (isNew && useStudio.getState().compiled) this.syncNow();
     else if (isNew) this.sync();
@@ -333,6 +346,12 @@ export class Session {
     const car = chosenCar();
     useMat.setState({ tMs: picture.tMs, past: picture.past, pose: car === null ? null : poseIn(picture, car) });
   }
+}
+
+/** What a state of the world says about its play. */
+function eventOf({ playing, shown_ms: shown }: WorldState): PlayEvent {
+  if (playing) return "plays";
+  return shown === null ? "stands" : "past";
 }
 
 /** That of this page. */

@@ -1,19 +1,22 @@
 /** What the parts of the mat share: the state of the world, the view, and how the document is edited. */
 
-import i18next from "i18next";
 import { create } from "zustand";
 import type { CarDetails, Goals, WorldHello, LinkState, Pose, WorldProblem, WorldState } from "../api/world";
-import type { Stopped } from "../generated/messages";
+import type { CarThought, Stopped } from "../generated/messages";
+import { say } from "../i18n";
 import { notify } from "../state/dialogs";
 import { record } from "../state/history";
 import { useStudio } from "../state/studio";
 import { drivesLike, type Mat, type PieceId } from "./document";
+import type { PlayState } from "./play";
 import type { Scene } from "./scene";
 
 export type Chosen = { car: number } | { piece: PieceId } | null;
 
 interface MatState {
   link: LinkState;
+  /** Whether the cars drive. */
+  play: PlayState;
   hello: WorldHello | null;
   state: WorldState | null;
   problem: WorldProblem | null;
@@ -22,6 +25,8 @@ interface MatState {
   /** How it stands with the goals of the mission, at the shown time. */
   goals: Goals | null;
   details: CarDetails | null;
+  /** What a few cars think at the shown time. */
+  thoughts: readonly CarThought[];
   /** The time of the picture that is shown, updated a few times a second. */
   tMs: number;
   past: boolean;
@@ -47,12 +52,14 @@ interface MatState {
 
 export const useMat = create<MatState>(() => ({
   link: "connecting",
+  play: "nothing",
   hello: null,
   state: null,
   problem: null,
   stopped: null,
   goals: null,
   details: null,
+  thoughts: [],
   tMs: 0,
   past: false,
   pose: null,
@@ -105,7 +112,7 @@ export function chosenPiece({ chosen }: MatState): PieceId | null {
 /** Whether a mission fixes mat, cars and infrared; says so where somebody wants to change them. */
 export function isFixed(): boolean {
   if (!useStudio.getState().mission) return false;
-  notify(i18next.t("missions.matStays"));
+  notify(say("missions.matStays"));
   return true;
 }
 

@@ -1,9 +1,9 @@
 import type { CSSProperties } from "react";
 import { ToggleButton } from "react-aria-components";
-import { useTranslation } from "react-i18next";
 import { request } from "../api/service";
 import type { CompiledWord, Field } from "../api/types";
 import { FORMATS } from "../generated/steps";
+import { useTexts } from "../i18n";
 import { attempt } from "../projects/actions";
 import { loadProject } from "../projects/project";
 import { useStudio, useWords } from "../state/studio";
@@ -26,7 +26,7 @@ async function flip(words: readonly CompiledWord[], place: number, bit: number):
 
 /** The words of the program with a switch for each of their bits. */
 export function BitEditor() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const words = useWords();
   return (
     <div className={css.bits} role="group" aria-label={t("missions.bits")}>
@@ -46,7 +46,7 @@ export function BitEditor() {
 }
 
 function Bits({ words, place, field }: { words: readonly CompiledWord[]; place: number; field: Field }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const word = parseInt(words[place]!.hex, 16);
   const title = t(`fields.${field.name}`);
   return (

@@ -1,8 +1,8 @@
 import type { ReactNode } from "react";
 import { Input, Label, TextField } from "react-aria-components";
-import { useTranslation } from "react-i18next";
 import { GOAL_KINDS, GROUPS, TIMES } from "../generated/goals";
 import type { MissionZone } from "../generated/messages";
+import { useTexts } from "../i18n";
 import { Choice, Quantity, ToolButton } from "../mat/fields";
 import { useStudio } from "../state/studio";
 import { classes } from "../ui/classes";
@@ -31,7 +31,7 @@ const LEDS = ["0", "1", "2", "3", "off"] as const;
 
 /** Write a mission: its texts, its zones, which the stage shows, and its goals. */
 export function MissionEditor({ draft }: { draft: Draft }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   return (
     <section className={classes(css.strip, css.editor)} aria-label={t("missions.editor")}>
       <header className={css.head}>
@@ -59,7 +59,7 @@ export function MissionEditor({ draft }: { draft: Draft }) {
 }
 
 function Zones({ draft }: { draft: Draft }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const mat = useStudio((studio) => studio.mat);
   const add = (make: (name: string, x: number, y: number) => MissionZone) => {
     let number = draft.zones.length + 1;
@@ -89,7 +89,7 @@ function Part({ title, children }: { title: string; children: ReactNode }) {
 }
 
 function ZoneLine({ draft, place, zone }: { draft: Draft; place: number; zone: MissionZone }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const [left, bottom, width, height] = boxOf(zone);
   const change = (changed: MissionZone) => editDraft({ zones: draft.zones.with(place, changed) }, `zone ${place}`);
   const rename = (name: string) => {
@@ -119,7 +119,7 @@ function ZoneLine({ draft, place, zone }: { draft: Draft; place: number; zone: M
 }
 
 function Goals({ draft }: { draft: Draft }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   return (
     <Part title={t("missions.goals")}>
       {draft.goals.map((goal, k) => (
@@ -131,7 +131,7 @@ function Goals({ draft }: { draft: Draft }) {
 }
 
 function GoalEditor({ draft, place, goal }: { draft: Draft; place: number; goal: DraftGoal }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const set = (changes: Partial<DraftGoal>) =>
     editDraft({ goals: draft.goals.with(place, { ...goal, ...changes }) }, `goal ${place}`);
   return (
@@ -159,7 +159,7 @@ function GoalEditor({ draft, place, goal }: { draft: Draft; place: number; goal:
 }
 
 function GoalField({ draft, goal, field, set }: { draft: Draft; goal: DraftGoal; field: (typeof GOAL_KINDS)[GoalKind][number]; set: (changes: Partial<DraftGoal>) => void }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const label = t(`missions.fields.${field.name}`);
   const value = goal[field.name];
   switch (field.input) {

@@ -1,9 +1,8 @@
 import { type CSSProperties, useCallback, useEffect, useRef, useState } from "react";
 import { Button } from "react-aria-components";
-import { useTranslation } from "react-i18next";
 import { request } from "../api/service";
 import type { LibraryEntry, MissionEntry } from "../generated/messages";
-import { inLanguage } from "../i18n";
+import { inLanguage, useTexts } from "../i18n";
 import { Picture } from "../mat/Picture";
 import { attempt } from "../projects/actions";
 import { closeDialog, confirm, openNotes } from "../state/dialogs";
@@ -24,7 +23,7 @@ const start = async (open: () => Promise<boolean>) => {
 
 /** What its user has written and saved; nothing where there is none. */
 function OwnMissions() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const [own, setOwn] = useState<LibraryEntry[]>([]);
   const load = useCallback(() => attempt(async () => setOwn(await request("missions/own"))), []);
   useEffect(() => void load(), [load]);
@@ -57,7 +56,7 @@ const PATHS = ["first-drive", "swarm", "words-and-bits"] as const;
 
 /** The map: three paths with a station for each mission. */
 export function MissionMap() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const [missions, setMissions] = useState<MissionEntry[] | null>(null);
   useEffect(() => void attempt(async () => setMissions(await request("missions"))), []);
   const isPupil = useStudio(({ capabilities }) => capabilities?.classroom === "pupil");

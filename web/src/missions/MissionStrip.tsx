@@ -1,9 +1,8 @@
 import { lazy, Suspense, useEffect, useRef } from "react";
 import { Button } from "react-aria-components";
-import { useTranslation } from "react-i18next";
 import { focusBlocks, offerBlocks } from "../blocks/workspaces";
 import type { CheckedGoal, GoalNow, Mission, MissionGoal } from "../generated/messages";
-import { inLanguage } from "../i18n";
+import { inLanguage, useLanguage, useTexts } from "../i18n";
 import { useMat } from "../mat/store";
 import { comeBack } from "../projects/project";
 import { openDialog } from "../state/dialogs";
@@ -24,15 +23,15 @@ export function MissionStrip() {
   const mission = useMission((now) => now.mission);
   const draft = useDraft((now) => now.draft);
   const scene = useMat((now) => now.scene);
-  const { i18n } = useTranslation();
-  useEffect(() => scene?.setZones(mission?.zones ?? (draft ? zonesOf(draft) : []), mission !== null), [scene, mission, draft, i18n.language]);
+  const language = useLanguage();
+  useEffect(() => scene?.setZones(mission?.zones ?? (draft ? zonesOf(draft) : []), mission !== null), [scene, mission, draft, language]);
   useEffect(() => offerBlocks(mission?.steps ?? null, mission?.edits === "bits"), [mission]);
   if (draft) return <MissionEditor draft={draft} />;
   return mission && <Task mission={mission} />;
 }
 
 function Task({ mission }: { mission: Mission }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const goals = useMat((now) => now.goals);
   const { result, tries, hints, folded, told, ended } = useMission();
   const seed = useMat((now) => now.seed);
@@ -116,7 +115,7 @@ const MARKS = { open: "○", holds: "◐", met: "✓", lost: "✗" } as const;
 
 /** A goal with its tick, and, where it is lost, why; a button leads to that moment. */
 function GoalLine({ number, goal, now, checked, seed }: GoalLineProps) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const progress = checked ? (checked.met ? "met" : "lost") : (now?.progress ?? "open");
   const lost = progress === "lost" ? (checked ?? now) : undefined;
   const seen = !checked || checked.met || checked.seed === seed;
@@ -145,7 +144,7 @@ function GoalLine({ number, goal, now, checked, seed }: GoalLineProps) {
 
 /** The stars of the last run, and what was learned or what is missing. */
 function Outcome({ mission, stars }: { mission: Mission; stars: readonly number[] }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const result = useMission((now) => now.result)!;
   if (result.steps) return <p>{inLanguage(result.steps)}</p>;
   if (!result.stars.length) return <p>{t("missions.again")}</p>;

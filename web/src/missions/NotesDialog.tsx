@@ -1,10 +1,9 @@
 /** A mission for a teacher, on one page to be read or printed. */
 
 import { useEffect, useState, type ReactNode } from "react";
-import { useTranslation } from "react-i18next";
 import { request } from "../api/service";
 import type { MissionEntry, MissionNotes } from "../generated/messages";
-import { inLanguage } from "../i18n";
+import { inLanguage, useTexts } from "../i18n";
 import { Choice } from "../mat/fields";
 import { Picture } from "../mat/Picture";
 import { attempt } from "../projects/actions";
@@ -25,7 +24,7 @@ function Part({ title, children }: { title: string; children: ReactNode }) {
 }
 
 function Notes({ notes }: { notes: MissionNotes }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const { minutes, aim, say, further } = notes;
   const place = t("missions.notes.place", { path: t(`missions.paths.${notes.path as "swarm"}`), number: notes.order, level: t(`level.${notes.level as "start"}`) });
   return (
@@ -69,7 +68,7 @@ function Notes({ notes }: { notes: MissionNotes }) {
 
 /** The notes of one mission; another one is chosen above them. */
 export function NotesDialog() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const wanted = useDialogs((state) => state.notesOf);
   const [missions, setMissions] = useState<readonly MissionEntry[]>([]);
   const [notes, setNotes] = useState<MissionNotes | null>(null);

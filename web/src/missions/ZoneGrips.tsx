@@ -1,5 +1,5 @@
 import { type KeyboardEvent, type PointerEvent, useEffect, useRef } from "react";
-import { useTranslation } from "react-i18next";
+import { useTexts } from "../i18n";
 import { toScreen, toWorld } from "../mat/camera";
 import type { Point } from "../mat/document";
 import { nudgeOf } from "../mat/pointer";
@@ -12,7 +12,7 @@ import css from "./missions.module.css";
 
 /** The zones of the mission that is written have two grips each on the stage: one moves the zone, one stretches it. */
 export function ZoneGrips() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const draft = useDraft((now) => now.draft);
   const scene = useMat((now) => now.scene);
   if (!draft || !scene) return null;
@@ -29,7 +29,7 @@ export function ZoneGrips() {
 
 /** At the zone's upper left corner the grip that moves it, at the lower right corner the one that stretches it. */
 function Grip({ scene, draft, place, action }: { scene: Scene; draft: Draft; place: number; action: "move" | "stretch" }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const button = useRef<HTMLButtonElement>(null);
   /** From the pointer to the grip's place while it is dragged, in metres. */
   const held = useRef<Point>([0, 0]);

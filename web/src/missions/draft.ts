@@ -1,6 +1,5 @@
 /** A mission that is written on this page: its zones, goals and texts; the mat and the cars are the project's. */
 
-import i18next from "i18next";
 import { create } from "zustand";
 import { textOf } from "../api/fileText";
 import { request } from "../api/service";
@@ -12,7 +11,7 @@ import { useMat } from "../mat/store";
 import { attempt } from "../projects/actions";
 import { chooseFile, download, fileName } from "../ui/files";
 import { comeBack, openProject, replaceBy } from "../projects/project";
-import { inLanguage } from "../i18n";
+import { inLanguage, say } from "../i18n";
 import { notify } from "../state/dialogs";
 import { record } from "../state/history";
 import { useStudio } from "../state/studio";
@@ -169,12 +168,12 @@ export function saveDraft(draft: Draft): Promise<void> {
 export async function saveToLibrary(draft: Draft): Promise<void> {
   const name = draft.name.trim();
   if (!name) {
-    notify(i18next.t("missions.nameless"), "warning");
+    notify(say("missions.nameless"), "warning");
     return;
   }
   await attempt(async () => {
     const { version } = await request("missions/write", { name, document: documentOf(draft, useStudio.getState().mat) });
-    notify(i18next.t("missions.saved", { name, version }), "success");
+    notify(say("missions.saved", { name, version }), "success");
   });
 }
 

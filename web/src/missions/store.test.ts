@@ -1,7 +1,8 @@
 import { afterAll, beforeAll, expect, it, vi } from "vitest";
+import texts from "virtual:texts/studio";
 import { connectTo } from "../api/service";
 import type { Mission } from "../generated/messages";
-import { startLanguages } from "../i18n";
+import { startTexts } from "../i18n";
 import { setRange } from "../mat/actions";
 import { session } from "../mat/session";
 import { choose, chosenCar, editMat, useMat } from "../mat/store";
@@ -20,9 +21,9 @@ async function play(id: string): Promise<void> {
   await vi.advanceTimersByTimeAsync(100);
 }
 
-beforeAll(() => {
+beforeAll(async () => {
+  await startTexts(texts);
   vi.useFakeTimers();
-  startLanguages();
   connectTo({ ask: (_: string, choice: unknown) => Promise.resolve(mission((choice as { id: string }).id) as never), openStream: vi.fn() });
   watchUnsaved();
   watchMissions();

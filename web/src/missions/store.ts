@@ -1,9 +1,8 @@
 /** The mission that is played: opened in place of a project, its goals while the cars drive, and its stars. */
 
-import i18next from "i18next";
 import { create } from "zustand";
 import { request } from "../api/service";
-import { inLanguage } from "../i18n";
+import { inLanguage, say } from "../i18n";
 import type { Mission, MissionChoice, MissionResult, Project } from "../generated/messages";
 import { session } from "../mat/session";
 import { choose, useMat } from "../mat/store";
@@ -52,7 +51,7 @@ const keyOf = ({ id, name }: Mission): string => (id === "own" ? `own ${name.en}
 export async function playMission(choice: MissionChoice, blocks: Blocks | null = null, anew = false): Promise<boolean> {
   const opened = await attempt(async () => {
     const mission = await request("mission", choice);
-    const question = { title: i18next.t("missions.beginAnew"), text: i18next.t("missions.beginAnewText"), yes: i18next.t("missions.beginAnew") };
+    const question = { title: say("missions.beginAnew"), text: say("missions.beginAnewText"), yes: say("missions.beginAnew") };
     if (anew && useStudio.getState().unsaved && !(await confirm(question))) return false;
     const before = blocks || anew ? undefined : useStudio.getState().attempts[keyOf(mission)];
     const { leader, followers } = blocks ?? before ?? mission;
@@ -69,8 +68,8 @@ export async function playMission(choice: MissionChoice, blocks: Blocks | null =
     if (!before) return true;
     setTimeout(markUnsaved);
     const { generation } = useStudio.getState();
-    const action = { label: i18next.t("missions.beginAnew"), run: () => void playMission(choice, null, true) };
-    notify(i18next.t("missions.goOn"), "info", action, (now) => now.generation === generation && now.mission !== null);
+    const action = { label: say("missions.beginAnew"), run: () => void playMission(choice, null, true) };
+    notify(say("missions.goOn"), "info", action, (now) => now.generation === generation && now.mission !== null);
     return true;
   });
   return opened ?? false;

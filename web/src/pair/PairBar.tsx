@@ -1,8 +1,8 @@
 /** Whose the two windows are, and how they change hands. */
 
-import { useTranslation } from "react-i18next";
 import { EDITORS } from "../api/types";
 import { askClass } from "../classroom/ask";
+import { useTexts } from "../i18n";
 import { attempt } from "../projects/actions";
 import areas from "../ui/areas.module.css";
 import { Icon } from "../ui/icons";
@@ -14,7 +14,7 @@ import { TextButton } from "../ui/controls";
 const TAKE = { leader: "pair.take", followers: "pair.takeFollowers" } as const;
 
 export function PairBar() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const { view, me } = usePair();
   if (!view) return null;
   const act = (task: () => Promise<unknown>) => () => void attempt(task);

@@ -1,11 +1,11 @@
 /** Store this page's windows of a pair as they change, and show the other's. */
 
-import i18next from "i18next";
 import { RefusedError, request, UnreachableError } from "../api/service";
 import { type EditorName, EDITORS, type Project } from "../api/types";
 import { askClass } from "../classroom/ask";
 import { emptyState, fill, lockEditors, read, workspaceOf } from "../blocks/workspaces";
 import type { PairProject, PairView } from "../generated/classroom";
+import { say } from "../i18n";
 import { session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { attempt } from "../projects/actions";
@@ -162,7 +162,7 @@ function notice(now: Studio, before: Studio): void {
       shown[window] = JSON.stringify(now[window]);
     } else if (shown[window] !== JSON.stringify(now[window]) || (window === "leader" && now.mat !== before.mat)) {
       const owner = usePair.getState().view?.partner?.name;
-      notify(owner ? i18next.t("pair.readOnly", { name: owner }) : i18next.t("pair.readOnlyFree"), "warning");
+      notify(owner ? say("pair.readOnly", { name: owner }) : say("pair.readOnlyFree"), "warning");
       setTimeout(() => held && !mine(window) && show(window));
     }
   }
@@ -198,10 +198,10 @@ async function writeAll(): Promise<void> {
 
 /** The window is another's now, or another page of the same user has stored it: what this page made goes to the library. */
 async function keepOwn(window: EditorName): Promise<void> {
-  const name = i18next.t("pair.ownName", { name: usePair.getState().view?.name ?? "" });
+  const name = say("pair.ownName", { name: usePair.getState().view?.name ?? "" });
   await attempt(async () => {
     await request("projects/write", { name, project: projectOf(), base: null });
-    notify(i18next.t("pair.ownKept", { name }), "warning");
+    notify(say("pair.ownKept", { name }), "warning");
     if (held) await refresh(window);
   });
 }
@@ -212,6 +212,6 @@ export function leave(): Promise<unknown> {
     if (stop) await write();
     const copied = await askClass("pair/leave");
     receive(null, "");
-    notify(copied ? i18next.t("pair.leftCopy", { name: copied }) : i18next.t("pair.ended"));
+    notify(copied ? say("pair.leftCopy", { name: copied }) : say("pair.ended"));
   });
 }

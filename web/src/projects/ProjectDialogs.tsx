@@ -1,9 +1,8 @@
 import { useCallback, useEffect, useState } from "react";
 import { Button, Input, Label, TextField } from "react-aria-components";
-import { useTranslation } from "react-i18next";
 import { request } from "../api/service";
 import type { Example, SavedProject, Sentence, Version } from "../api/types";
-import { inLanguage } from "../i18n";
+import { inLanguage, useLanguage, useTexts } from "../i18n";
 import { type Clip, ClipPicture, loadClips } from "../mat/ClipPicture";
 import { closeDialog, confirm } from "../state/dialogs";
 import { useStudio } from "../state/studio";
@@ -15,13 +14,13 @@ import controls from "../ui/controls.module.css";
 import css from "../app/dialogs.module.css";
 
 function useMoment(): (moment: string) => string {
-  const { i18n } = useTranslation();
-  const format = new Intl.DateTimeFormat(i18n.language, { dateStyle: "medium", timeStyle: "short" });
+  const language = useLanguage();
+  const format = new Intl.DateTimeFormat(language, { dateStyle: "medium", timeStyle: "short" });
   return (moment) => format.format(new Date(moment));
 }
 
 function Versions({ name }: { name: string }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const moment = useMoment();
   const [versions, setVersions] = useState<Version[]>([]);
   useEffect(() => void attempt(async () => setVersions(await request("projects/history", { name }))), [name]);
@@ -38,7 +37,7 @@ function Versions({ name }: { name: string }) {
 }
 
 function Entry({ project: { name, saved_at, versions }, onDeleted }: { project: SavedProject; onDeleted: () => void }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const moment = useMoment();
   const [unfolded, setUnfolded] = useState(false);
   const remove = async () => {
@@ -66,7 +65,7 @@ function Entry({ project: { name, saved_at, versions }, onDeleted }: { project: 
 
 /** The projects of the library, each with every version that was saved. */
 export function LibraryDialog() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const name = useStudio((studio) => studio.name);
   const [projects, setProjects] = useState<SavedProject[] | null>(null);
   const load = useCallback(() => attempt(async () => setProjects(await request("projects/list"))), []);
@@ -115,7 +114,7 @@ export function LibraryDialog() {
 }
 
 function ExampleCard({ example, clip, onOpen }: { example: Example; clip: Clip | undefined; onOpen: () => void }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const difficulty = t(`examples.difficulties.${example.difficulty}`);
   return (
     <Button className={css.example} onPress={onOpen}>
@@ -141,7 +140,7 @@ function ExampleCard({ example, clip, onOpen }: { example: Example; clip: Clip |
 
 /** Programs to begin with. */
 export function ExamplesDialog() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const [examples, setExamples] = useState<Example[]>([]);
   const [clips, setClips] = useState<ReadonlyMap<string, Clip>>(new Map());
   useEffect(() => void attempt(async () => setExamples(await request("examples"))), []);
@@ -168,7 +167,7 @@ export function ExamplesDialog() {
 
 /** A link that holds the project itself. */
 export function ShareDialog() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const [link, setLink] = useState("");
   const [copied, setCopied] = useState(false);
   useEffect(() => void attempt(async () => setLink(await shareLink())), []);

@@ -1,11 +1,10 @@
 /** What the menus do with the open project: open, save, share and export. */
 
-import i18next from "i18next";
 import { textOf } from "../api/fileText";
 import { RefusedError, UnreachableError, request } from "../api/service";
 import { pictureOf, pngOf } from "../blocks/picture";
 import { liveWorkspaces } from "../blocks/workspaces";
-import { inLanguage } from "../i18n";
+import { inLanguage, say } from "../i18n";
 import { closeDialog, notify, openDialog, openNotes } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { session } from "../mat/session";
@@ -17,7 +16,7 @@ import { fragmentOf, projectIn } from "./share";
 
 const PROJECT_ENDING = ".motorcade.json";
 
-const tellItIsNeeded = () => notify(i18next.t("server.needed"), "warning", undefined, ({ service }) => service !== "ready");
+const tellItIsNeeded = () => notify(say("server.needed"), "warning", undefined, ({ service }) => service !== "ready");
 
 /** Run a task; show the user a notice, and answer undefined, where the server refuses it or is gone. */
 export async function attempt<Answer>(task: () => Promise<Answer>, tellGone = tellItIsNeeded): Promise<Answer | undefined> {
@@ -93,7 +92,7 @@ export function openSharedLink(): Promise<void> {
   }
   return attempt(async () => {
     const played = session.plays;
-    const shared = await projectIn(hash).catch(() => notify(i18next.t("share.damaged"), "error"));
+    const shared = await projectIn(hash).catch(() => notify(say("share.damaged"), "error"));
     if (!shared) return;
     history.replaceState(null, "", pathname + search);
     const opened = await request("open", { text: shared.text });
@@ -120,7 +119,7 @@ export function saveMat(): void {
 
 export function exportCsv(): void {
   const { compiled, name } = useStudio.getState();
-  if (!compiled?.image) notify(i18next.t("export.noWords"), "warning", undefined, (now) => !now.compiled?.image);
+  if (!compiled?.image) notify(say("export.noWords"), "warning", undefined, (now) => !now.compiled?.image);
   // Spreadsheets recognize UTF-8 by this byte order mark.
   else download(fileName(name, ".csv"), `\ufeff${wordsCsv(compiled.words)}`, "text/csv;charset=utf-8");
 }

@@ -6,9 +6,9 @@
  * takes a place marks it, and a page that finds another's mark at its place goes on at a new one, with all of its work.
  */
 
-import i18next from "i18next";
 import { uniqueName } from "../api/world";
 import type { OpenedProject, WorkspaceState } from "../api/types";
+import { say } from "../i18n";
 import { notify } from "../state/dialogs";
 import { heldByOthers, own, PLACE_KEY } from "../state/otherTabs";
 import { keep } from "../state/storage";
@@ -118,7 +118,7 @@ export function storeEveryChange(): void {
     // Storage in memory takes it all the same.
     left = localStorage.getItem(own.place);
     // Files, library and links still work.
-    if (before && !isStored) notify(i18next.t("project.notStored"), "warning");
+    if (before && !isStored) notify(say("project.notStored"), "warning");
   };
   useStudio.subscribe((now, before) => {
     if (!sameProject(now, before) || now.unsaved !== before.unsaved || now.mission !== before.mission) collecting ??= setTimeout(store, COLLECT_MS);

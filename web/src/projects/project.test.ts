@@ -1,6 +1,7 @@
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import texts from "virtual:texts/studio";
 import { connectTo, RefusedError } from "../api/service";
-import { startLanguages } from "../i18n";
+import { startTexts } from "../i18n";
 import { type Choice, useDialogs } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { BLANK, markSaved, replaceBy, watchUnsaved } from "./project";
@@ -8,7 +9,7 @@ import { BLANK, markSaved, replaceBy, watchUnsaved } from "./project";
 const MINE = { blocks: { mine: true } };
 const ask = vi.fn<(name: string, message: unknown) => Promise<unknown>>();
 
-startLanguages();
+await startTexts(texts);
 connectTo({ ask: ask as never, openStream: vi.fn() });
 watchUnsaved();
 

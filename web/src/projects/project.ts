@@ -1,10 +1,9 @@
 /** The open project: new ones, opening another in its place, and whether it is saved. */
 
-import i18next from "i18next";
 import { RefusedError, request } from "../api/service";
 import type { OpenedProject, Project, WorkspaceState } from "../api/types";
 import type { SavedVersion } from "../generated/messages";
-import { inLanguage } from "../i18n";
+import { inLanguage, say } from "../i18n";
 import { session } from "../mat/session";
 import { ask, confirm, notify } from "../state/dialogs";
 import { forgetEdits } from "../state/history";
@@ -88,10 +87,10 @@ export async function replaceBy(project: OpenedProject, { stored = false } = {})
   const { kept, unsaved } = useStudio.getState();
   if (kept?.unsaved ?? unsaved) {
     const chosen = await ask({
-      title: i18next.t("project.replaceTitle"),
-      text: i18next.t("project.replaceText"),
-      yes: i18next.t("project.saveAndOpen"),
-      other: i18next.t("project.replaceYes"),
+      title: say("project.replaceTitle"),
+      text: say("project.replaceText"),
+      yes: say("project.saveAndOpen"),
+      other: say("project.replaceYes"),
     });
     if (chosen === "no") return false;
     if (chosen === "yes" && !(await saveOwn())) return false;
@@ -150,7 +149,7 @@ async function saveOwn(): Promise<boolean> {
   }
   if (!useStudio.getState().name.trim()) {
     const taken = new Set((await request("projects/list")).map(({ name }) => name));
-    const plain = i18next.t("project.unnamed");
+    const plain = say("project.unnamed");
     let name = plain;
     for (let number = 2; taken.has(name); number++) name = `${plain} ${number}`;
     useStudio.setState({ name });
@@ -166,9 +165,9 @@ export async function saveNamed(): Promise<boolean> {
   const { version, stays } = saved;
   markSaved();
   useStudio.setState({ stored: true, base: { name, version } });
-  if (stays) notify(i18next.t("library.saved", { name, version }), "success");
+  if (stays) notify(say("library.saved", { name, version }), "success");
   else {
-    notify(i18next.t("library.savedForNow", { name, version }), "warning");
+    notify(say("library.savedForNow", { name, version }), "warning");
     window.addEventListener("beforeunload", askToStay);
   }
   return true;
@@ -185,9 +184,9 @@ async function saveVersion(name: string, project: Project): Promise<SavedVersion
   } catch (error) {
     if (!(error instanceof RefusedError) || !["saved-elsewhere", "project-exists"].includes(error.code)) throw error;
     const agreed = await confirm({
-      title: i18next.t("library.elsewhereTitle", { name }),
-      text: `${inLanguage(error.sentence)} ${i18next.t("library.elsewhereText")}`,
-      yes: i18next.t("library.saveNext"),
+      title: say("library.elsewhereTitle", { name }),
+      text: `${inLanguage(error.sentence)} ${say("library.elsewhereText")}`,
+      yes: say("library.saveNext"),
     });
     return agreed ? request("projects/write", { name, project, base: null }) : null;
   }

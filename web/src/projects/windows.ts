@@ -1,6 +1,6 @@
 /** Windows that have the same project of the library open: each tells its user, and none saves over another's version. */
 
-import i18next from "i18next";
+import { say } from "../i18n";
 import { notify } from "../state/dialogs";
 import { openChannel } from "../state/otherTabs";
 import { useStudio } from "../state/studio";
@@ -21,8 +21,8 @@ export function watchOtherWindows(): void {
     const { base } = useStudio.getState();
     if (base?.name !== news.name) return;
     if (news.is === "open") tell("too");
-    if (news.is !== "saved") notify(i18next.t("library.openElsewhere", { name: news.name }), "warning");
-    else if (news.version > base.version) notify(i18next.t("library.savedElsewhere", { ...news }), "warning");
+    if (news.is !== "saved") notify(say("library.openElsewhere", { name: news.name }), "warning");
+    else if (news.version > base.version) notify(say("library.savedElsewhere", { ...news }), "warning");
   });
   const tell = (is: WindowNews["is"]) => {
     const { base } = useStudio.getState();

@@ -2,10 +2,10 @@
 
 import { useEffect, useRef, useState } from "react";
 import { Button } from "react-aria-components";
-import { useTranslation } from "react-i18next";
 import { askClass } from "../classroom/ask";
 import { Avatar } from "../classroom/Avatar";
 import type { Classmate, PupilView } from "../generated/classroom";
+import { useTexts } from "../i18n";
 import { saveToLibrary } from "../projects/actions";
 import { openProject } from "../projects/project";
 import { notify } from "../state/dialogs";
@@ -19,7 +19,7 @@ import buttons from "../ui/buttons.module.css";
 import css from "./pupil.module.css";
 
 function Hand({ raised }: { raised: boolean }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   return (
     <Button
       className={classes(buttons.button, buttons.small, css.hand)}
@@ -56,7 +56,7 @@ function Classmates({ title, about, canChoose = true, onChoose, onClose }: { tit
 
 /** Give the open project to a classmate, once it is saved under its name. */
 function Give({ onClose }: { onClose: () => void }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const name = useStudio((studio) => studio.name.trim());
   const give = (to: Classmate) =>
     attemptInClass(async () => {
@@ -71,7 +71,7 @@ function Give({ onClose }: { onClose: () => void }) {
 
 /** Program the open project with a classmate. */
 function Together({ onClose }: { onClose: () => void }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const begin = (to: Classmate) =>
     attemptInClass(async () => {
       await askClass("pair/begin", { to: to.id, name: useStudio.getState().name.trim() || t("pair.nameless"), project: openProject() });
@@ -82,7 +82,7 @@ function Together({ onClose }: { onClose: () => void }) {
 
 /** The shared mat, while it takes programs. */
 function Mat({ view }: { view: PupilView }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const image = useStudio((studio) => studio.compiled?.image ?? null);
   const { state, entries } = view.mat;
   if (state !== "collecting") return null;
@@ -106,7 +106,7 @@ const TEXTS_OF_THE_CABLE = ["pupil.cable", "pupil.cableYours", "pupil.cableTaken
 
 /** The cable and the real cars, which one pupil at a time has. */
 function SharedThings({ view }: { view: PupilView }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   return view.shared.map(({ name, holder }) => {
     const isMine = holder === view.me.id;
     const whose = holder === null ? 0 : isMine ? 1 : 2;
@@ -145,7 +145,7 @@ function Cover({ title, children }: { title: string; children?: React.ReactNode 
 }
 
 export function PupilBar() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const { view, goodbye } = usePupil();
   const [shown, show] = useState<"give" | "together" | "number" | null>(null);
   if (goodbye) {

@@ -1,8 +1,8 @@
 /** The teacher's bar where a pupil's project is open: whose it is, and giving it back. */
 
 import { useEffect, useState } from "react";
-import { useTranslation } from "react-i18next";
 import { askTeacher } from "../classroom/ask";
+import { useTexts } from "../i18n";
 import { markSaved, openProject } from "../projects/project";
 import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
@@ -13,7 +13,7 @@ import { attemptInClass, looking } from "./store";
 import { TextButton } from "../ui/controls";
 
 export function TeacherBar() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const name = useStudio((studio) => studio.name.trim());
   const [shown] = useState(looking);
   const [who, setWho] = useState("");

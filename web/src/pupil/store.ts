@@ -3,12 +3,12 @@
  * at a pupil's project by a copy of it, in a tab of its own.
  */
 
-import i18next from "i18next";
 import { create } from "zustand";
 import { UnreachableError } from "../api/service";
 import type { OpenedProject } from "../api/types";
 import { askClass, askTeacher, ClassStream } from "../classroom/ask";
 import type { ClassAnswer, Goodbye, News, PupilView } from "../generated/classroom";
+import { say } from "../i18n";
 import { choiceOf, playMission } from "../missions/store";
 import { usePair } from "../pair/store";
 import { attempt, openSaved } from "../projects/actions";
@@ -47,7 +47,7 @@ export async function findPupilsWork(): Promise<StoredWork | null> {
 
 /** Run a task; show a refusal of the class's server as a notice, also where it doesn't answer. */
 export function attemptInClass(task: () => Promise<unknown>): Promise<unknown> {
-  return attempt(task, () => notify(i18next.t("pupil.noAnswer"), "error"));
+  return attempt(task, () => notify(say("pupil.noAnswer"), "error"));
 }
 
 function keepDraft(): void {
@@ -74,9 +74,9 @@ let told = 0;
 function tellNews(news: readonly News[]): void {
   for (const { number, kind, name, sender } of news.filter((each) => each.number > told)) {
     told = number;
-    const text = kind === "mission" ? i18next.t("pupil.mission", { name }) : i18next.t("pupil.project", { name, sender: sender || i18next.t("pupil.teacher") });
+    const text = kind === "mission" ? say("pupil.mission", { name }) : say("pupil.project", { name, sender: sender || say("pupil.teacher") });
     const open = kind === "mission" ? openHandedMission : () => attempt(() => openSaved(name));
-    notify(text, "info", { label: i18next.t("pupil.open"), run: () => void open() });
+    notify(text, "info", { label: say("pupil.open"), run: () => void open() });
     void askClass("seen", { number }).catch(() => undefined);
   }
 }

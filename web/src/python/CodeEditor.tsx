@@ -9,10 +9,9 @@ import { Annotation, EditorState, type Extension, RangeSetBuilder, StateEffect, 
 import { Decoration, type DecorationSet, drawSelection, EditorView, highlightActiveLine, keymap, lineNumbers } from "@codemirror/view";
 import { tags } from "@lezer/highlight";
 import { useEffect, useRef } from "react";
-import { useTranslation } from "react-i18next";
 import type { Diagnostic } from "../api/types";
 import { applyFix } from "../blocks/fixes";
-import { inLanguage } from "../i18n";
+import { inLanguage, useLanguage, useTexts } from "../i18n";
 import type { TextPlace } from "../generated/messages";
 import { useStudio } from "../state/studio";
 import { endAll, watchSize } from "../ui/areas";
@@ -128,7 +127,8 @@ function showSelection(view: EditorView): void {
 }
 
 export default function CodeEditor() {
-  const { t, i18n } = useTranslation();
+  const t = useTexts();
+  const language = useLanguage();
   const host = useRef<HTMLDivElement>(null);
   useEffect(() => {
     const label = EditorView.contentAttributes.of({ "aria-label": t("python.text"), "aria-describedby": "python-about", spellcheck: "false" });
@@ -150,6 +150,6 @@ export default function CodeEditor() {
       }),
       () => view.destroy(),
     );
-  }, [t, i18n.language]);
+  }, [t, language]);
   return <div className={css.editor} ref={host} />;
 }

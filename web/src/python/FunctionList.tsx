@@ -1,4 +1,4 @@
-import { useTranslation } from "react-i18next";
+import { useTexts } from "../i18n";
 import { CALLS, meaningOf, rangeOf } from "./completion";
 import css from "./python.module.css";
 
@@ -6,7 +6,7 @@ const WIDE = "(min-width: 701px)";
 
 /** The functions that a program is made of: what each takes and does, and an example. */
 export default function FunctionList() {
-  const { t } = useTranslation();
+  const t = useTexts();
   return (
     <details className={css.functions} open={matchMedia(WIDE).matches}>
       <summary>{t("python.functions")}</summary>

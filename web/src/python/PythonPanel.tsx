@@ -1,8 +1,7 @@
 import { lazy, Suspense, useEffect } from "react";
 import { Button } from "react-aria-components";
-import { useTranslation } from "react-i18next";
 import { FixButtons } from "../blocks/fixes";
-import { inLanguage } from "../i18n";
+import { inLanguage, useTexts } from "../i18n";
 import { ErrorBoundary } from "../ui/areas";
 import { classes } from "../ui/classes";
 import { followBlocks, updateText, usePython } from "./text";
@@ -15,7 +14,7 @@ const FunctionList = lazy(() => import("./FunctionList"));
 
 /** What is wrong with the text, in words: screen readers announce it. */
 function Mistakes() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const diagnostics = usePython((python) => python.diagnostics);
   // The text can't be read: the blocks keep what they were.
   const mistaken = diagnostics.some(({ severity }) => severity === "error");
@@ -41,7 +40,7 @@ function Mistakes() {
 
 /** The program as Python text, beside the blocks; each follows the other. */
 export function PythonPanel() {
-  const { t } = useTranslation();
+  const t = useTexts();
   useEffect(followBlocks, []);
   return (
     <div className={css.panel}>

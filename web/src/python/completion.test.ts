@@ -2,8 +2,9 @@ import { CompletionContext } from "@codemirror/autocomplete";
 import { python } from "@codemirror/lang-python";
 import { EditorState } from "@codemirror/state";
 import { beforeAll, expect, it } from "vitest";
+import texts from "virtual:texts/studio";
 import type { Profile } from "../api/types";
-import { startLanguages } from "../i18n";
+import { startTexts } from "../i18n";
 import { completeAt } from "./completion";
 
 const PROFILE = {
@@ -13,7 +14,7 @@ const PROFILE = {
   avoid_radii_mm: [100, 200, 300, 400],
 } as Profile;
 
-beforeAll(startLanguages);
+beforeAll(() => startTexts(texts));
 
 /** What is offered at the bar in a text. */
 function offered(text: string, explicit = false): string[] {

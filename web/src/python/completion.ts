@@ -4,10 +4,10 @@ import { type Completion, type CompletionContext, type CompletionResult, startCo
 import { ensureSyntaxTree, syntaxTree } from "@codemirror/language";
 import type { EditorState } from "@codemirror/state";
 import type { EditorView } from "@codemirror/view";
-import i18next from "i18next";
 import type { Profile } from "../api/types";
 import { levelMeaning, plainSeconds } from "../blocks/figures";
 import { PYTHON_CALLS, PYTHON_SETTINGS, STEP_KINDS } from "../generated/steps";
+import { say, textAt } from "../i18n";
 
 interface Parameter {
   name: string;
@@ -24,9 +24,9 @@ interface Call extends Pick<(typeof PYTHON_CALLS)[number], "name" | "kind" | "si
 export const CALLS: readonly Call[] = PYTHON_CALLS;
 const stepOf = ({ kind }: Call) => STEP_KINDS.find((each) => each.kind === kind)!;
 
-export const meaningOf = ({ name, kind }: Call): string => i18next.t([`python.does.${name}`, `tooltips.${kind}`] as never);
+export const meaningOf = ({ name, kind }: Call): string => textAt(`python.does.${name}`) ?? say(`tooltips.${kind}`);
 
-export const rangeOf = ({ least, most }: Parameter): string => i18next.t("python.range", { least, most });
+export const rangeOf = ({ least, most }: Parameter): string => say("python.range", { least, most });
 
 const PARSED_WITHIN_MS = 100;
 
@@ -113,7 +113,7 @@ function argumentOptions(call: Call, outer: readonly Place[], { given, keyword, 
   const open = isPart && stepOf(call).accompanies ? [] : call.parameters.slice(commas - given.size);
   const next = given.size === 0 ? open[0] : undefined;
   const named = open.filter(({ name }) => !given.has(name)).map((each) => nameOption(each.name, rangeOf(each)));
-  const switches = settings.filter((name) => !given.has(name)).map((name) => nameOption(name, i18next.t("python.setting"), -50));
+  const switches = settings.filter((name) => !given.has(name)).map((name) => nameOption(name, say("python.setting"), -50));
   return [...(next ? valueOptions(call, next, profile) : []), ...named, ...switches];
 }
 

@@ -1,6 +1,7 @@
 import { afterAll, afterEach, beforeAll, describe, expect, it, vi } from "vitest";
+import texts from "virtual:texts/studio";
 import { connectTo, RefusedError } from "../api/service";
-import { startLanguages } from "../i18n";
+import { startTexts } from "../i18n";
 import { useDialogs } from "../state/dialogs";
 import { editText, usePython } from "./text";
 
@@ -13,8 +14,8 @@ async function typeText(text: string): Promise<void> {
 }
 
 describe("a text that can't become blocks", () => {
-  beforeAll(() => {
-    startLanguages();
+  beforeAll(async () => {
+    await startTexts(texts);
     connectTo({ ask: ask as never, openStream: vi.fn() });
     vi.useFakeTimers();
   });

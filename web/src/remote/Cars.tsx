@@ -1,13 +1,13 @@
 import type { CarTelemetry } from "../generated/remote";
+import { inLanguage, type KeyIn, useTexts } from "../i18n";
 import buttons from "../ui/buttons.module.css";
 import { Icon } from "../ui/icons";
 import { link, useRemote, userOf } from "./link";
 import css from "./remote.module.css";
-import { type Key, useLanguage, useTexts } from "./texts";
 
 /** The car's name on the page. */
 export function useCarName(): (car: string) => string {
-  const t = useTexts();
+  const t = useTexts("remote");
   const cars = useRemote(({ cars }) => cars);
   return (car) => {
     const found = cars.find((each) => each.car === car);
@@ -18,7 +18,7 @@ export function useCarName(): (car: string) => string {
 }
 
 /** What a car does, as the key of a short text. */
-function shortText({ state, driver, you, obstacle_mm }: CarTelemetry): Key {
+function shortText({ state, driver, you, obstacle_mm }: CarTelemetry): KeyIn<"remote"> {
   if (obstacle_mm != null) return "obstacleAhead";
   if (state === "discharged") return "batteryLow";
   if (state === "disarmed") return "standing";
@@ -28,7 +28,7 @@ function shortText({ state, driver, you, obstacle_mm }: CarTelemetry): Key {
 
 /** The cars that are driven, all by one stick; the camera of one of them, `shown`, is shown. */
 export function CarList({ shown, onChoose }: { shown: string | null; onChoose: (car: string) => void }) {
-  const t = useTexts();
+  const t = useTexts("remote");
   const nameOf = useCarName();
   const { cars, joined, telemetry } = useRemote();
   const others = cars.filter(({ car }) => !joined.includes(car));
@@ -81,8 +81,7 @@ const FULL_DUTY = 255;
 
 /** What the car does and who drives it, and below, what is wrong. */
 export function Notices({ car }: { car: string | null }) {
-  const t = useTexts();
-  const language = useLanguage(({ language }) => language);
+  const t = useTexts("remote");
   const { open, problem } = useRemote();
   const telemetry = useRemote(({ telemetry }) => (car === null ? undefined : telemetry[car]));
   const driver = userOf(telemetry?.driver ?? null);
@@ -104,7 +103,7 @@ export function Notices({ car }: { car: string | null }) {
       </p>
       <div role="log">
         {!open && <p className={css.notice} data-wrong>{t("lostAbout")}</p>}
-        {telemetry?.why && <p className={css.notice} data-wrong>{telemetry.why[language] ?? telemetry.why.en}</p>}
+        {telemetry?.why && <p className={css.notice} data-wrong>{inLanguage(telemetry.why)}</p>}
         {telemetry?.paused && (
           <p className={css.notice}>
             {t("paused")}
@@ -123,7 +122,7 @@ export function Notices({ car }: { car: string | null }) {
         {telemetry?.last_fault && <p className={css.notice} data-wrong>{t("fault", { fault: telemetry.last_fault })}</p>}
         {problem && (
           <p className={css.notice} data-wrong>
-            {problem[language] ?? problem.en}
+            {inLanguage(problem)}
             <button type="button" className={buttons.button} onClick={() => useRemote.setState({ problem: null })}>
               {t("dismiss")}
             </button>

@@ -1,19 +1,19 @@
 import { type KeyboardEvent, type PointerEvent, useRef, useState } from "react";
 import { SWITCHES } from "../generated/driving";
+import { type KeyIn, useTexts } from "../i18n";
 import buttons from "../ui/buttons.module.css";
 import { classes } from "../ui/classes";
 import { Icon } from "../ui/icons";
 import { fingerAxes } from "./input";
 import { AT_REST, type Axes, FIRST_LIMIT, inputs, link, stopAll, useRemote } from "./link";
 import css from "./remote.module.css";
-import { type Key, useTexts } from "./texts";
 
 /** How far the knob can go, as a share of the pad's half. */
 const REACH = 0.72;
 
 /** A pad on which a finger steers; the knob springs back on release. */
 export function Stick() {
-  const t = useTexts();
+  const t = useTexts("remote");
   const pad = useRef<HTMLDivElement>(null);
   const [axes, setAxes] = useState<Axes | null>(null);
 
@@ -71,7 +71,7 @@ const LEAST_PERCENT = 20;
 const STEP_PERCENT = 10;
 
 function Limit() {
-  const t = useTexts();
+  const t = useTexts("remote");
   const [percent, setPercent] = useState(FIRST_LIMIT * 100);
   return (
     <label className={css.limit}>
@@ -93,7 +93,7 @@ function Limit() {
 
 /** The emergency stop of all cars, which stays in sight when the page is scrolled. */
 export function Stop() {
-  const t = useTexts();
+  const t = useTexts("remote");
   return (
     <button type="button" className={css.stop} onClick={stopAll}>
       {t("stop")}
@@ -104,7 +104,7 @@ export function Stop() {
 
 /** A button for each switch that the car has: one that is held is on while it is pressed. */
 function Switches({ car }: { car: string }) {
-  const t = useTexts();
+  const t = useTexts("remote");
   const switches = useRemote(({ telemetry }) => telemetry[car]?.switches);
   return SWITCHES.filter(({ name }) => switches?.[name] !== undefined).map(({ name, held, key }) => {
     const isOn = switches![name] === 1;
@@ -121,7 +121,7 @@ function Switches({ car }: { car: string }) {
       : { onClick: () => inputs.set(name, isOn ? 0 : 1) };
     return (
       <button key={name} type="button" className={buttons.button} aria-pressed={isOn} {...events}>
-        {t(`switch_${name}` as Key)} <kbd>{key.toUpperCase()}</kbd>
+        {t(`switch_${name}` as KeyIn<"remote">)} <kbd>{key.toUpperCase()}</kbd>
       </button>
     );
   });
@@ -131,7 +131,7 @@ const ASKS = ["clear", "request", "release", "resume"] as const;
 
 /** The requests to a car, what can be switched, and the limit of the speed. */
 export function Controls({ car }: { car: string | null }) {
-  const t = useTexts();
+  const t = useTexts("remote");
   const telemetry = useRemote(({ telemetry }) => (car === null ? undefined : telemetry[car]));
   const { state, driver, you } = telemetry ?? {};
   /** What can be asked of the car now. */

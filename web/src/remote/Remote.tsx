@@ -1,4 +1,5 @@
 import { useEffect, useState, useSyncExternalStore } from "react";
+import { useLanguage, useTexts } from "../i18n";
 import { SocketNotice } from "../network/SocketNotice";
 import { useSettings } from "../state/settings";
 import { listen } from "../ui/areas";
@@ -8,7 +9,6 @@ import { CarList, Notices, useCarName } from "./Cars";
 import { Controls, Stick, Stop } from "./Controls";
 import { address, link, useRemote } from "./link";
 import css from "./remote.module.css";
-import { texts, useLanguage, useTexts } from "./texts";
 
 /** A car that receives nothing for longer has stopped by itself. */
 const WEAK_MS = 300;
@@ -27,7 +27,7 @@ function useSilenceMs(): number {
 }
 
 function LinkState() {
-  const t = useTexts();
+  const t = useTexts("remote");
   const { open, roundTripMs, telemetry } = useRemote();
   // A car that is away is shown as such.
   const silences = Object.values(telemetry).map((car) => (car.state === "away" ? 0 : car.silent_ms));
@@ -49,7 +49,7 @@ const MOST_OF_A_NAME = 24;
 
 /** A field for the user's name, which others see and the log has. */
 function NameField() {
-  const t = useTexts();
+  const t = useTexts("remote");
   const [text, setText] = useState(useSettings.getState().userName ?? "");
   const keep = (userName: string) => {
     useSettings.setState({ userName });
@@ -85,13 +85,13 @@ function AskName() {
 
 /** The page's name, the state of the connection, and the page's settings. */
 function Bar() {
-  const t = useTexts();
+  const t = useTexts("remote");
   const hasAsked = useSettings(({ userName }) => userName !== null);
   return (
     <header className={css.bar}>
       <h1>{t("title")}</h1>
       <LinkState />
-      <SettingsSheet texts={texts}>{hasAsked && <NameField />}</SettingsSheet>
+      <SettingsSheet>{hasAsked && <NameField />}</SettingsSheet>
     </header>
   );
 }
@@ -104,7 +104,7 @@ const watchVisibility = (changed: () => void) => listen(document, ["visibilitych
 
 /** The picture of a car's camera, loaded only while the page is visible. */
 function View({ car, name }: { car: string; name: string }) {
-  const t = useTexts();
+  const t = useTexts("remote");
   const open = useRemote(({ open }) => open);
   const sees = useRemote(({ cars }) => cars.find((each) => each.car === car)?.sees ?? false);
   const visible = useVisible();
@@ -127,8 +127,8 @@ function View({ car, name }: { car: string; name: string }) {
 
 /** The whole page: the cameras, the cars and their drivers, and the stick. */
 export function Remote() {
-  const t = useTexts();
-  const language = useLanguage(({ language }) => language);
+  const t = useTexts("remote");
+  const language = useLanguage();
   const joined = useRemote(({ joined }) => joined);
   const [chosen, choose] = useState<string | null>(null);
   const nameOf = useCarName();
@@ -139,7 +139,7 @@ export function Remote() {
   return (
     <div className={css.remote}>
       <Bar />
-      <SocketNotice language={language} />
+      <SocketNotice />
       <main>
         <div className={css.seeing}>
           <CarList shown={shown} onChoose={choose} />

@@ -3,9 +3,10 @@
 import "../ui/tokens.css";
 import { createRoot } from "react-dom/client";
 import { folder as pyodideFolder, wheel } from "virtual:pyodide";
+import texts from "virtual:texts/studio";
 import { connectTo } from "../api/service";
-import { App } from "../app/App";
-import { findsOpening, start } from "../app/start";
+import { startTexts } from "../i18n";
+import { startSettings } from "../state/settings";
 import { startOffline } from "./offline";
 import type { Places } from "./protocol";
 import { WorkerService } from "./workerService";
@@ -20,6 +21,9 @@ const fileUrl = (name: string) => new URL(folder + name, document.baseURI).href;
 const PLACES: Places = { pyodide, msgspec: pyodide + wheel, python: fileUrl("python.zip"), engine: fileUrl("engine.wasm") };
 
 const makeWorker = () => new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
+startSettings();
+// Fetched beside each other.
+const [{ App }, { findsOpening, start }] = await Promise.all([import("../app/App"), import("../app/start"), startTexts(texts)]);
 start();
 connectTo(new WorkerService(makeWorker, PLACES, fileUrl, findsOpening()));
 createRoot(document.getElementById("root")!).render(<App />);

@@ -5,7 +5,7 @@
  * nothing unsaved, nothing that plays, and nobody at the page; or until the user asks for it.
  */
 
-import i18next from "i18next";
+import { say } from "../i18n";
 import { useMat } from "../mat/store";
 import { notify, useDialogs } from "../state/dialogs";
 import { useStudio } from "../state/studio";
@@ -46,7 +46,7 @@ export async function startOffline(): Promise<void> {
 
   workers.addEventListener("message", (event: MessageEvent<FromServiceWorker>) => {
     if (event.data === "is-idle") event.ports[0]?.postMessage(isIdle());
-    else if (asked) notify(i18next.t("site.otherTabs"), "warning");
+    else if (asked) notify(say("site.otherTabs"), "warning");
     asked &&= event.data === "is-idle";
   });
   // The first service worker has the build that this page began with; the next one has another.
@@ -68,7 +68,7 @@ export async function startOffline(): Promise<void> {
         asked = true;
         takeOver();
       };
-      notify(i18next.t("site.update"), "info", { label: i18next.t("site.useUpdate"), run });
+      notify(say("site.update"), "info", { label: say("site.useUpdate"), run });
     }
     told = registration.waiting;
     if (isIdle()) takeOver();

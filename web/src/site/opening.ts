@@ -1,34 +1,32 @@
-/** What a first visit finds: its project, and what the page asks about it, without Python. */
+/** What a first visit finds: its project, what the page asks about it, and its first seconds, recorded; without Python. */
 
 import type { Answer, Command } from "../api/world";
 import type { Requests } from "../generated/messages";
 import { unpack } from "./archive";
-import { type Engine, openEngine } from "./engine";
-import { type Recipe, SteppedWorld } from "./steppedWorld";
 
-type Hello = Answer & { is: "hello" };
-type State = Answer & { is: "state" };
-
-/** opening.json, as `src/motorcade/browser/opening.py` writes it. */
-interface Document extends Recipe {
+/** opening.json, as `scripts/opening_recording.py` writes it. */
+interface Document {
   project: Requests["opening"]["answer"];
   blocks: Requests["compile"]["message"];
   compiled: Requests["compile"]["answer"];
   set: Command & { do: "set" };
-  answers: [Hello, State];
+  hello: Answer & { is: "hello" };
+  /** All that the world sends: answers, and pictures as base64. */
+  messages: (string | Answer)[];
+}
+
+/** A recorded world: what its page gets, in order. */
+export interface Recording {
+  hello: Answer & { is: "hello" };
+  messages: readonly (ArrayBuffer | Answer)[];
 }
 
 export class Opening {
-  private constructor(
-    private readonly document: Document,
-    private readonly memory: Uint8Array,
-    private readonly engine: Engine,
-  ) {}
+  private constructor(private readonly document: Document) {}
 
   static async load(fileUrl: (name: string) => string): Promise<Opening> {
-    const [files, engine] = await Promise.all([unpack(fileUrl("start/opening.zip")), openEngine(fileUrl("engine.wasm"))]);
-    const found = Object.fromEntries(files);
-    return new Opening(JSON.parse(new TextDecoder().decode(found["opening.json"])) as Document, found.memory!, engine);
+    const [[, data]] = (await unpack(fileUrl("start/opening.zip"))) as [[string, Uint8Array]];
+    return new Opening(JSON.parse(new TextDecoder().decode(data)) as Document);
   }
 
   get project(): Document["project"] {
@@ -40,13 +38,16 @@ export class Opening {
     return same(blocks, this.document.blocks) ? this.document.compiled : null;
   }
 
-  /** A world at its beginning, and the answers to its page; null where the page wants another world. */
-  world(set: Document["set"], session: string): { world: SteppedWorld; hello: Hello; state: State } | null {
+  /** The recorded world; null where the page wants another one. */
+  recording(set: Document["set"], session: string): Recording | null {
     if (!same(set, this.document.set)) return null;
-    const [hello, state] = this.document.answers;
-    const world = new SteppedWorld(this.engine.instance(), this.document, this.memory, hello.tick_ms!, hello.cars);
-    return { world, hello: { ...hello, session }, state };
+    const { hello, messages } = this.document;
+    return { hello: { ...hello, session }, messages: messages.map((each) => (typeof each === "string" ? bytesOf(each) : each)) };
   }
+}
+
+function bytesOf(base64: string): ArrayBuffer {
+  return Uint8Array.from(atob(base64), (character) => character.charCodeAt(0)).buffer;
 }
 
 /** What Blockly adds to blocks, which changes no program. */
@@ -62,7 +63,7 @@ function plain(value: unknown): string {
   if (typeof value !== "object" || value === null) return String(value).toUpperCase();
   const parts = Object.entries(value)
     .filter(([name]) => !ADDED.includes(name))
-    .map(([name, each]) => [name, plain(each)])
+    .map(([name, part]) => [name, plain(part)])
     .filter(([, text]) => text !== "{}" && text !== "NULL");
   return `{${parts.map((part) => part.join(":")).sort().join()}}`;
 }

@@ -1,8 +1,7 @@
 import { useState } from "react";
 import { Button, Menu, MenuItem, MenuTrigger, Popover } from "react-aria-components";
-import i18next from "i18next";
-import { useTranslation } from "react-i18next";
 import { request } from "../api/service";
+import { say, useTexts } from "../i18n";
 import fields from "../mat/fields.module.css";
 import { session } from "../mat/session";
 import { useMat } from "../mat/store";
@@ -18,7 +17,7 @@ const FILM_S = 10;
 
 /** The run on paper, its events as a table, and its last seconds as a film. */
 export function Downloads() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const isEmpty = useMat(({ state }) => !state?.t_ms);
   const capabilities = useStudio((studio) => studio.capabilities);
   const [filming, setFilming] = useState(false);
@@ -58,12 +57,12 @@ async function saveStageFilm(): Promise<void> {
   const kind = filmKind();
   const stage = document.querySelector<HTMLCanvasElement>("#stage canvas");
   if (!kind || !stage) return;
-  notify(i18next.t("timeline.filming", { count: FILM_S }));
+  notify(say("timeline.filming", { count: FILM_S }));
   try {
     const made = await film(stage, kind.type, FILM_S);
     download(fileName(useStudio.getState().name, kind.ending), made, kind.type);
   } catch {
     // A browser can say that it makes a kind of film, and then not make it.
-    notify(i18next.t("timeline.noFilm"), "error");
+    notify(say("timeline.noFilm"), "error");
   }
 }

@@ -2,8 +2,7 @@
 
 import { useState } from "react";
 import { Input, Label, TextField } from "react-aria-components";
-import { useTranslation } from "react-i18next";
-import { inLanguage } from "../i18n";
+import { inLanguage, useTexts } from "../i18n";
 import { useMat } from "../mat/store";
 import { Stars } from "../missions/Stars";
 import { useMission } from "../missions/store";
@@ -17,7 +16,7 @@ import controls from "../ui/controls.module.css";
 import css from "./timeline.module.css";
 
 export function RunSheet() {
-  const { t } = useTranslation();
+  const t = useTexts();
   // The stage as it is when the sheet opens.
   const [picture] = useState(() => useMat.getState().scene?.png() ?? "");
   const [by, setBy] = useState(useSettings.getState().userName ?? "");

@@ -1,6 +1,6 @@
 import { type PointerEvent, useEffect, useRef, useState } from "react";
-import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
+import { useTexts } from "../i18n";
 import { colourWords, hexColour, UNKNOWN, watchTheme } from "../mat/colours";
 import { session } from "../mat/session";
 import { choose, chosenCar, useMat } from "../mat/store";
@@ -16,7 +16,7 @@ import fields from "../mat/fields.module.css";
 
 const REPAINT_MS = 66;
 export function Timeline() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const words = useWords();
   const [spanMs, setSpanMs] = useState(20_000);
   const cars = useMat(({ hello }) => hello?.cars ?? 0);
@@ -38,7 +38,7 @@ const visibleIn = (top: number, height: number, cars: number) =>
   Array.from({ length: Math.ceil(height / LANE_PX) + 1 }, (_, row) => Math.floor(top / LANE_PX) + row).filter((car) => car < cars);
 
 function Lanes({ words, spanMs, cars }: { words: readonly CompiledWord[]; spanMs: number; cars: number }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const scroller = useRef<HTMLDivElement>(null);
   const canvas = useRef<HTMLCanvasElement>(null);
   const shown = useRef<Window | null>(null);
@@ -121,7 +121,7 @@ const JUMPS: readonly Jump[] = ["word", "heard", "lost"];
 const STEP_MS = 100;
 
 function TimelineTools({ spanMs, onSpan }: { spanMs: number; onSpan: (spanMs: number) => void }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const [kind, setKind] = useState<Jump>("word");
   const [found, setFound] = useState<{ event: CarEvent; run: number } | null>(null);
   const past = useMat((now) => now.past);
@@ -163,14 +163,14 @@ function TimelineTools({ spanMs, onSpan }: { spanMs: number; onSpan: (spanMs: nu
 
 /** An event as a sentence, for users who can't see the lanes. */
 function EventText({ event: { tMs, car, kind, why, word, other } }: { event: CarEvent }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const hex = word.toString(16).padStart(8, "0").toUpperCase();
   const what = kind === "lost" && why ? t(`mat.lost.${why}`) : t(`timeline.events.${kind}`, { word: hex, car: other });
   return `${clock(tMs)} · ${t("mat.car", { number: car })} · ${what}`;
 }
 
 function Scrubber() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const { tMs, past, state } = useMat();
   const most = Math.max(state?.t_ms ?? 0, past ? 0 : tMs, 1);
   return (

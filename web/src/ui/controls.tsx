@@ -14,7 +14,7 @@ import {
   type ButtonProps,
 } from "react-aria-components";
 import { flushSync } from "react-dom";
-import { useTranslation } from "react-i18next";
+import { useTexts } from "../i18n";
 import { closeDialog } from "../state/dialogs";
 import { listen } from "./areas";
 import { classes } from "./classes";
@@ -91,7 +91,7 @@ interface SheetProps {
 
 /** A dialog above the page; Escape and a click beside it close it. */
 export function Sheet({ title, onClose = closeDialog, children, wide = false, role = "dialog" }: SheetProps) {
-  const { t } = useTranslation();
+  const t = useTexts();
   return (
     <ModalOverlay className={controls.overlay} isOpen isDismissable={role === "dialog"} onOpenChange={(open) => open || onClose()}>
       <Modal className={classes(controls.sheet, wide && controls.wide)}>

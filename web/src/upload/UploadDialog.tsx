@@ -1,6 +1,5 @@
 import { type ReactNode, useCallback, useEffect, useState } from "react";
 import { Button, Label, ProgressBar, RadioButton, RadioField, RadioGroup } from "react-aria-components";
-import { useTranslation } from "react-i18next";
 import { request } from "../api/service";
 import type { Port } from "../api/types";
 import { CarList } from "../cars/CarList";
@@ -8,7 +7,7 @@ import { Check, Sheet, TextButton } from "../ui/controls";
 import { closeDialog } from "../state/dialogs";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { inLanguage } from "../i18n";
+import { inLanguage, useTexts } from "../i18n";
 import { attempt } from "../projects/actions";
 import { markUnsaved, replaceBy } from "../projects/project";
 import { usePupil } from "../pupil/store";
@@ -46,7 +45,7 @@ async function send(port: string, order: Order, onProgress: (progress: Progress)
 }
 
 function PortChoice({ ports, chosen, onChoose }: { ports: Port[]; chosen: string; onChoose: (port: string) => void }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const choices = ports.map(({ port, description, kind }) => ({
     port,
     title: kind === "virtual" ? t("upload.virtual") : port,
@@ -71,7 +70,7 @@ function PortChoice({ ports, chosen, onChoose }: { ports: Port[]; chosen: string
 
 /** Send the image to a car or several, or read a car's image back, and show the outcome. */
 export function UploadDialog() {
-  const { t, i18n } = useTranslation();
+  const t = useTexts();
   const path = useStudio((studio) => studio.capabilities?.cars ?? "");
   const image = useStudio((studio) => studio.compiled?.image ?? null);
   const program = useStudio((studio) => studio.name);
@@ -84,7 +83,7 @@ export function UploadDialog() {
           <Kind value="several">{t("upload.manyCars")}</Kind>
         </RadioGroup>
       )}
-      {several ? <CarList path={path} language={i18n.language} image={image} program={program} /> : <OneCar />}
+      {several ? <CarList path={path} image={image} program={program} /> : <OneCar />}
       {!path && <p className={controls.quiet}>{t("upload.noCars")}</p>}
     </Sheet>
   );
@@ -99,7 +98,7 @@ function Kind({ value, children }: { value: string; children: string }) {
 }
 
 function OneCar() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const image = useStudio((studio) => studio.compiled?.image ?? null);
   const hasSerial = useStudio((studio) => studio.capabilities?.serial_ports ?? false);
   const { ports, look } = usePorts(hasSerial);
@@ -189,7 +188,7 @@ type Fault = "cutOff" | "portBusy";
 
 /** The outcome of a transfer. */
 function Result({ outcome, onOpen }: { outcome: Outcome | Fault; onOpen: (image: string) => void }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   if (typeof outcome === "string") return <ResultBox tone="error" title={t("upload.failed")}>{t(`upload.${outcome}`)}</ResultBox>;
   switch (outcome.outcome) {
     case "verified":

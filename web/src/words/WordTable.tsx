@@ -1,8 +1,8 @@
 import { memo, type CSSProperties, type KeyboardEvent, type RefObject, useEffect, useMemo, useRef, useState } from "react";
-import { useTranslation } from "react-i18next";
 import type { CompiledWord, EditorName, Field, Profile } from "../api/types";
 import { showBlock, withInner } from "../blocks/workspaces";
 import { FORMATS } from "../generated/steps";
+import { useTexts } from "../i18n";
 import { usePython } from "../python/text";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
@@ -62,7 +62,7 @@ function leadToBlock(word: CompiledWord, field: string): void {
 /** Drawn again only where its word or its highlighted fields change: its many labels take the most time of the page. */
 const WordRow = memo(function WordRow(props: WordRowProps) {
   const { index, word, fields, profile, lit, line, place, onPlace } = props;
-  const { t } = useTranslation();
+  const t = useTexts();
   const row = useRef<HTMLDivElement>(null);
   const active = place && Math.min(place.field, fields.length - 1);
 
@@ -137,7 +137,7 @@ function useLines(): ReadonlyMap<string, number> {
 
 /** The image's words. Arrow keys walk through its fields; Enter or a click leads to a field's block. */
 export function WordTable({ words, profile }: { words: readonly CompiledWord[]; profile: Profile }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const [place, setPlace] = useState<Place>({ row: 0, field: 0 });
   const scroller = useRef<HTMLDivElement>(null);
   const { first, last, height, offset, bringIntoView } = useRows(scroller, words.length);

@@ -1,7 +1,7 @@
 import { Button, Label, Meter } from "react-aria-components";
-import { useTranslation } from "react-i18next";
 import type { Costliest, EditorName } from "../api/types";
 import { findText, showBlock } from "../blocks/workspaces";
+import { useTexts } from "../i18n";
 import { useStudio } from "../state/studio";
 import { WordTable } from "./WordTable";
 import { classes } from "../ui/classes";
@@ -13,7 +13,7 @@ import css from "./words.module.css";
 const NEAR = 0.75;
 
 function Gauge({ editor, used, most, costliest }: { editor: EditorName; used: number; most: number; costliest: Costliest | null }) {
-  const { t } = useTranslation();
+  const t = useTexts();
   const near = used >= most * NEAR;
   const block = costliest?.block;
   return (
@@ -40,7 +40,7 @@ function Gauge({ editor, used, most, costliest }: { editor: EditorName; used: nu
 
 /** The words of the program, compiled anew with every change. */
 export function WordsPanel() {
-  const { t } = useTranslation();
+  const t = useTexts();
   const compiled = useStudio((studio) => studio.compiled);
   const profile = useStudio((studio) => studio.profileFigures);
   const followed = useStudio((studio) => studio.followers !== null);

@@ -2,8 +2,8 @@
 
 import type { CompiledWord, Field, Profile } from "../api/types";
 import { FORMATS, HUES } from "../generated/steps";
-import i18next from "i18next";
 import { levelMeaning, secondsMeaning } from "../blocks/figures";
+import { say } from "../i18n";
 
 /** Whether the field's bits say something: reserved bits and the parity don't. */
 export const isTold = ({ group }: Field): boolean => group !== "reserved" && group !== "parity";
@@ -75,13 +75,13 @@ export function spansOf(fields: readonly Field[]): BitSpan[] {
 /** Whether it is a header word whose follower words travel with a tag. */
 const isTagged = (word: CompiledWord) => word.part === "header" && valueOf(word, "reserved") === 1;
 
-const sentFor = (word: CompiledWord, dwell: string) => (isTagged(word) ? i18next.t("meaning.dwellTagged", { dwell }) : dwell);
+const sentFor = (word: CompiledWord, dwell: string) => (isTagged(word) ? say("meaning.dwellTagged", { dwell }) : dwell);
 
 function valueMeaning(word: CompiledWord, field: Field, value: number, profile: Profile): string {
   if ("meaning" in field) {
     switch (field.meaning) {
       case "choice":
-        return i18next.t(`blocks.${field.options[value] ?? field.options[0]}`);
+        return say(`blocks.${field.options[value] ?? field.options[0]}`);
       case "level": {
         const turning = [1, 2].includes(valueOf(word, "motor_direction"));
         return levelMeaning(profile, field.menu, value, turning);
@@ -89,7 +89,7 @@ function valueMeaning(word: CompiledWord, field: Field, value: number, profile: 
       case "duration":
         return secondsMeaning(profile.durations_ms[value]);
       case "flag":
-        return i18next.t(value ? "blocks.yes" : "blocks.no");
+        return say(value ? "blocks.yes" : "blocks.no");
     }
   }
   switch (field.name) {
@@ -97,13 +97,13 @@ function valueMeaning(word: CompiledWord, field: Field, value: number, profile: 
     case "follower_words":
       return String(value);
     case "dwell":
-      return value === 0 ? i18next.t("meaning.nothing") : sentFor(word, secondsMeaning(profile.dwell_ms[Math.log2(value)]));
+      return value === 0 ? say("meaning.nothing") : sentFor(word, secondsMeaning(profile.dwell_ms[Math.log2(value)]));
     case "reserved":
-      return i18next.t(isTagged(word) ? "meaning.tagged" : "meaning.reserved");
+      return say(isTagged(word) ? "meaning.tagged" : "meaning.reserved");
     case "parity":
-      return i18next.t("meaning.parity");
+      return say("meaning.parity");
     default:
-      return i18next.t(value ? "blocks.yes" : "blocks.no");
+      return say(value ? "blocks.yes" : "blocks.no");
   }
 }
 
@@ -112,9 +112,9 @@ export function fieldMeaning(word: CompiledWord, field: Field, profile: Profile)
   const value = valueOf(word, field.name);
   const bits = field.high === field.low ? String(field.high) : `${field.high}–${field.low}`;
   const meaning = valueMeaning(word, field, value, profile);
-  return i18next.t(meaning === String(value) ? "words.count" : "words.field", {
+  return say(meaning === String(value) ? "words.count" : "words.field", {
     bits,
-    title: i18next.t(`fields.${field.name}`),
+    title: say(`fields.${field.name}`),
     value,
     meaning,
   });

@@ -1,10 +1,11 @@
 import { afterAll, beforeEach, expect, it } from "vitest";
+import texts from "virtual:texts/studio";
 import type { CompiledWord, Profile } from "../api/types";
 import { FORMATS } from "../generated/steps";
-import { changeLanguage, startLanguages } from "../i18n";
+import { changeLanguage, startTexts } from "../i18n";
 import { storyOf } from "./story";
 
-startLanguages();
+await startTexts(texts);
 beforeEach(() => changeLanguage("en"));
 // Files of tests share the language.
 afterAll(() => changeLanguage("en"));
@@ -38,7 +39,7 @@ it("tells of lamps and of keeping away", () => {
   expect(storyOf(wordOf({ avoid_enable: 1, avoid_radius: 1, avoid_duration: 1 }), PROFILE)).toMatch(/^avoid · .+ · 1 s$/);
 });
 
-it("tells it in Chinese too", () => {
-  changeLanguage("zh");
+it("tells it in Chinese too", async () => {
+  await changeLanguage("zh");
   expect(storyOf(wordOf({ ...DRIVES, motor_direction: 1, floor: 1 }), PROFILE)).toBe("左转到线上 · 快 · 3 秒");
 });

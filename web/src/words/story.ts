@@ -1,9 +1,9 @@
 /** A word told in a few words: 'drive · forward · fast · 3 s'. */
 
-import i18next from "i18next";
 import type { CompiledWord, Profile } from "../api/types";
 import { levelText, secondsMeaning } from "../blocks/figures";
 import { STEP_KINDS } from "../generated/steps";
+import { say } from "../i18n";
 import { valueOf } from "./bits";
 
 const BETWEEN = " · ";
@@ -22,7 +22,7 @@ function fieldText(word: CompiledWord, field: Field, profile: Profile): string |
       return secondsMeaning(profile.durations_ms[value]);
     case "choice": {
       const option = field.options[value - field.least];
-      return option === undefined ? null : i18next.t(`blocks.${option}`);
+      return option === undefined ? null : say(`blocks.${option}`);
     }
     case "level":
       return (field.levels as readonly number[]).includes(value) ? levelText(profile, field.menu, value, true) : null;
@@ -52,20 +52,15 @@ function kindsOf(word: CompiledWord, profile: Profile): Told[] {
   return told;
 }
 
-/** Whether a car with this word is to follow a line. */
-export function followsLine(word: CompiledWord, profile: Profile): boolean {
-  return kindsOf(word, profile).some(({ kind }) => kind === "follow_line");
-}
-
 function kindStory(word: CompiledWord, { kind, fields }: Told, profile: Profile): string {
   const texts = fields.map((field) => ({ field, text: fieldText(word, field, profile) ?? "" }));
   const direction = texts.find(({ field }) => field.input === "choice")?.text ?? "";
   const after = texts.filter(({ field, text }) => field.input !== "choice" && text).map(({ text }) => text);
-  return [i18next.t(`story.${kind}`, { direction }), ...after].join(BETWEEN);
+  return [say(`story.${kind}`, { direction }), ...after].join(BETWEEN);
 }
 
 export function storyOf(word: CompiledWord, profile: Profile): string {
-  if (word.part === "header") return i18next.t("story.header", { leader: valueOf(word, "leader_states"), followers: valueOf(word, "follower_words") });
+  if (word.part === "header") return say("story.header", { leader: valueOf(word, "leader_states"), followers: valueOf(word, "follower_words") });
   const told = kindsOf(word, profile).map((kind) => kindStory(word, kind, profile));
-  return told.length ? told.join(AND) : i18next.t("story.nothing");
+  return told.length ? told.join(AND) : say("story.nothing");
 }

@@ -16,7 +16,7 @@ from stat import S_ISREG
 
 from filelock import FileLock
 
-from motorcade.config.files import SaveError, raised_as, replace_file
+from motorcade.config.files import SaveError, parse, raised_as, read_bytes, replace_file
 from motorcade.errors import MotorcadeError
 from motorcade.service.library import (
     DEFAULT_LIMITS,
@@ -123,8 +123,8 @@ class FolderStorage(Storage):
     def stars(self, owner: str) -> dict[str, "list[int]"]:
         """Return what is valid in the owner's file, which may be damaged or of another program."""
         try:
-            document = json.loads((self._owner_folder(owner) / STARS).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+            document = parse(read_bytes(self._owner_folder(owner) / STARS), "JSON", STARS)
+        except (OSError, MotorcadeError):
             return {}
         if isinstance(document, dict):
             return stars_in(document.get("stars"))

@@ -45,7 +45,7 @@ IDLE_S = 600.0
 # Passing a job to another thread takes longer than this.
 _QUICK_S = 0.002
 # Answers of which only the newest is of use.
-_NEWEST = (world_messages.State, world_messages.CarDetails)
+_NEWEST = (world_messages.State, world_messages.CarDetails, world_messages.Thoughts)
 # Messages that may take longer than making a picture.
 _LONG = (world_messages.Reset, world_messages.Seek, world_messages.SetEnvironment, world_messages.StepWorld)
 _KEY = re.compile(r"[0-9a-f]{32}")

@@ -1,0 +1,37 @@
+// Made from the pin file of 'mBot' by motorcade arduino-library: don't edit.
+#ifndef MOTORCADE_CAR_SETTINGS
+#define MOTORCADE_CAR_SETTINGS
+
+#if !defined(__AVR_ATmega328P__) && !defined(__AVR_ATmega328__)
+#error "This sketch is for the pins of this board: Arduino Uno or Nano. Choose it in the menu Tools. For another board begin with the example AnyBoard."
+#endif
+
+#include <MotorcadeSettings.h>
+
+using motorcade::NO_PIN;
+
+static const motorcade::CarSettings CAR = {
+    {0, 1000, 2000, 3000, 1000, 2000, 3000, 4000, 5000, 6000, 7000, 8000, 100, 200, 300, 400, 100, 560, 5, 250, 6, 110, 3520, 2, 10000},  // levels
+    115200,  // baud
+    2000,  // range_mm
+    {7, NO_PIN, 6, 0},  // left_motor
+    {4, NO_PIN, 5, 1},  // right_motor
+    {0, 115, 180, 255},  // drive_duties
+    {0, 115, 180, 255},  // turn_duties
+    {NO_PIN, NO_PIN, NO_PIN, NO_PIN},  // leds
+    13,  // pixels
+    17,  // trigger
+    17,  // echo
+    21,  // button
+    {NO_PIN},  // pir
+    {9, 10},  // floor
+    true,  // floor_low
+    2,  // infrared_receiver
+    3,  // infrared_sender
+    NO_PIN,  // voice
+    0,  // voice_baud
+    nullptr,  // voice_patterns
+    0,  // voice_pattern_count
+};
+
+#endif
