@@ -73,7 +73,12 @@ class ProgramSource:
             if image not in self._tried:
                 self._tried.add(image)
                 break
-        return fits or Program([], Followers([]) if self._has_followers else None, self._mission.document["profile"])
+        if fits:
+            return fits
+        followers = None
+        if self._has_followers:
+            followers = Followers([])
+        return Program([], followers, self._mission.document["profile"])
 
     def _step(self, random: Random, inside: bool = False) -> Step:
         """Draw a step; ``inside`` another it is no repetition."""

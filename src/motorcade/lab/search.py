@@ -331,7 +331,10 @@ class Search:
     def _numbers(self) -> Iterator[int | None]:
         """The batches to do; None while the next one waits for outcomes."""
         while self._waiting or self._batches:
-            yield self._waiting.popleft() if self._waiting else None
+            if self._waiting:
+                yield self._waiting.popleft()
+            else:
+                yield None
 
     def task(self, index: int) -> GradingTask:
         """The task of a batch."""

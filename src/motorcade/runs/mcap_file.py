@@ -180,7 +180,7 @@ _CARS = {
         **{column.recorded: _schema_of(column) for column in COLUMNS.values()},
     },
 }
-_EVENT = {name: {"type": "string" if name in ("kind", "why") else "integer"} for name in EVENT_FIELDS}
+_EVENT = {name: {"type": "integer"} for name in EVENT_FIELDS} | {name: {"type": "string"} for name in ("kind", "why")}
 _EVENTS = {
     "title": "motorcade.Events",
     "type": "object",
@@ -295,7 +295,9 @@ class McapRecording:
     def __init__(self, path: Path):
         self.name = str(path)
         self.damage: MotorcadeError | None = None
-        self._path = path if path.exists() or not part_of(path).exists() else part_of(path)
+        self._path = path
+        if not path.exists() and part_of(path).exists():
+            self._path = part_of(path)
         try:
             with self._path.open("rb") as file:
                 for record in _records(file):
@@ -327,7 +329,7 @@ class McapRecording:
         counts: dict[str, int] = {}
 
         def read(topic: str, message: dict[str, Any]) -> Iterator[Moment]:
-            which = {name: int(message.pop(name)) for name in ("t_ms", *WHICH)}
+            which: dict[str, Any] = {name: int(message.pop(name)) for name in ("t_ms", *WHICH)}
             if topic == "/counts":
                 counts.clear()
                 counts.update(message)

@@ -264,7 +264,10 @@ def check_writable(path: Path, endings: Iterable[str]) -> None:
         raise InputError("run-file-is-folder", file=path)
     if not path.parent.is_dir():
         raise InputError("run-file-without-folder", file=path, folder=path.parent)
-    if not os.access(path if path.exists() else path.parent, os.W_OK):
+    place = path
+    if not path.exists():
+        place = path.parent
+    if not os.access(place, os.W_OK):
         raise InputError("run-file-forbidden", file=path)
 
 
