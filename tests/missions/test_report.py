@@ -44,7 +44,7 @@ def cells(text, separator):
 
 
 def assert_computes_nothing(name):
-    checked = [Checked(name, None, MotorcadeError("file-syntax", file=name, kind="JSON", reason=name))]
+    checked = [Checked(name, MotorcadeError("file-syntax", file=name, kind="JSON", reason=name))]
     table = to_csv(checked, MISSION, "en")
     assert len(table.splitlines()) == 2
     for separator in (",", ";", "\t", "|"):

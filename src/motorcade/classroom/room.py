@@ -36,7 +36,9 @@ MOST_OF_A_NAME = 10
 # The name of the cable among what pupils share; the others are those of real cars.
 CABLE = ""
 _MOST_DEVICES = 8
-_MOST_NEWS, _MOST_MISSIONS, _MOST_SIGN_INS = 20, 50, 8
+_MOST_NEWS = 20
+_MOST_MISSIONS = 50
+_MOST_SIGN_INS = 8
 SIGNED_IN_S = 12 * 3600.0
 _T = TypeVar("_T")
 

@@ -42,7 +42,8 @@ SESSIONS = SessionLimits(
     most=MOST_PUPILS + 1, most_of_one_visitor=1, most_cars=500, past_bytes=(4 << 20, 2 << 20), newest_wins=True
 )
 _TICK_S = 1.0
-_REQUESTS_A_SECOND, _RATE_WINDOW_S = 20, 2.0
+_REQUESTS_A_SECOND = 20
+_RATE_WINDOW_S = 2.0
 # A whole class imports its projects one after another; the check of the dearest mission takes a quarter of a second.
 _MOST_IMPORT_S = 5.0
 _AGAIN_S = 0.1

@@ -45,7 +45,8 @@ _LOOK_S = 0.02
 # What is a port or an address, and no name.
 _PORT = re.compile(r".*[:/].*|COM[0-9]+", re.IGNORECASE)
 # Files of the current folder whose programs are known by name.
-_PROGRAMS, _MOST_PROGRAMS = ("*.motorcade.json", "*.image"), 200
+_PROGRAMS = ("*.motorcade.json", "*.image")
+_MOST_PROGRAMS = 200
 # So many problems are named below a table.
 _MOST_PROBLEMS = 20
 _COLUMNS = ("name", "number", "role", "board", "where", "program", "state", "battery", "version", "seen")

@@ -183,23 +183,23 @@ def _check_folder(mission: "Mission", folder: Path, output: Path | None, as_json
     write_file(table, to_csv(checked, mission, language).encode(errors="replace"))
     write_file(page, to_html(checked, mission, language).encode(errors="replace"))
     data: list[dict[str, Any]] = []
-    cells = []
+    cells: list[tuple[str | None, ...]] = []
     for file in checked:
-        problem = file.problem and file.problem.sentence(language)
-        found: dict[str, Any] = {"stars": 0}
-        stars = None
-        if file.result:
-            found = file.result.to_dict(language)
-            stars = _stars(found["stars"])
-        data.append({"file": file.name, "problem": problem, **found})
-        lost = " ".join(goal["why"] for goal in found.get("goals", ()) if not goal["met"])
-        cells.append((file.name, stars, problem or lost))
+        if isinstance(file.found, MotorcadeError):
+            problem = file.found.sentence(language)
+            data.append({"file": file.name, "problem": problem, "stars": 0})
+            cells.append((file.name, None, problem))
+        else:
+            found = file.found.to_dict(language)
+            data.append({"file": file.name, "problem": None, **found})
+            lost = " ".join(goal["why"] for goal in found["goals"] if not goal["met"])
+            cells.append((file.name, _stars(found["stars"]), lost))
     title = translated("check-folder-title", name=mission.name, folder=folder)
     shown = Rows(("file", "stars", "why"), cells, ["stars"], title)
     print_result({"page": str(page), "table": str(table), "files": data}, shown, as_json)
     if not as_json:
         print_lines([translated("check-folder-written", page=page, table=table)])
-    return all(file.result and file.result.stars for file in checked)
+    return all(file.passes for file in checked)
 
 
 def _check_program(mission: "Mission", program: str, as_json: bool) -> bool:

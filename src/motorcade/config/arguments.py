@@ -14,7 +14,8 @@ from motorcade.errors import InputError, MotorcadeError, Phrase
 MOST_SEED = (1 << 32) - 1
 _LONGEST_SHOWN = 60
 # What NumPy calls its kinds of numbers and of truth values.
-_NUMBERS, _TRUTHS = "iuf", "b"
+_NUMBERS = "iuf"
+_TRUTHS = "b"
 
 Kind = TypeVar("Kind")
 

@@ -175,7 +175,7 @@ def parse_pins(text: str, file: str) -> PinMap:
     values = load(parse(text, "TOML", file), pins_schema(), file)
     chip = chip_named(values["chip"])
     wires = []
-    options = {}
+    options: dict[tuple[str, str], str] = {}
     for device in PARTS:
         given = values.get(device.key)
         if given is None:
@@ -214,7 +214,7 @@ def _check_form(device: Part, roles: list[Role], file: str) -> None:
             raise InputError("missing-key", file=file, place=place, value="", allowed=Phrase("pin-number"))
 
 
-def _pin_number(given: int | str, chip: Chip) -> int | str:
+def _pin_number(given: int | str, chip: Chip) -> Any:
     """Return the chip's own number of a pin that is given by it, or by what is printed there; else what was given."""
     if isinstance(given, int):
         return given

@@ -16,7 +16,8 @@ from typing import Any
 from motorcade.errors import MotorcadeError
 
 # The file and four older ones, of 1 MB each: the log takes 5 MB at most.
-MOST_BYTES, OLD_FILES = 1_000_000, 4
+MOST_BYTES = 1_000_000
+OLD_FILES = 4
 # What one client does again within this time is counted, so that nobody can push the others' records out of the log.
 TOGETHER_S = 10
 # So many records wait for a slow disk; those behind are counted and not written.

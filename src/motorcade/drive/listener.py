@@ -27,7 +27,8 @@ _MOST_AT_ONCE = 32
 # So many connections wait for their handshakes.
 _MOST_WAITING = 256
 # The least time between two handshakes, and how often the event loop goes round until one has been answered.
-_LEAST_GAP_S, _ROUNDS = 0.001, 5
+_LEAST_GAP_S = 0.001
+_ROUNDS = 5
 # For so long a connection's first bytes may be on their way.
 _YOUNG_S = 2.0
 # A peer that has vanished is noticed in ten seconds, where the system has these options.

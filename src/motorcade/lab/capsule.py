@@ -142,7 +142,10 @@ def verify(path: Path, sample: int | None, workers: Workers, bar: ProgressBar) -
                     first = row
                 done += 1
             advance(done)
-    return done, None if first is None else _difference(plan, first, expected[first["run"]].as_py())
+    difference = None
+    if first is not None:
+        difference = _difference(plan, first, expected[first["run"]].as_py())
+    return done, difference
 
 
 def _difference(plan: Plan, row: dict[str, Any], expected: bytes) -> RunDifference:
@@ -218,11 +221,13 @@ def _plan(archive: zipfile.ZipFile, name: str, about: "_About") -> Plan:
         image = archive.read(f"programs/{number}.image")
         parse_image_bytes(image)
         programs.append((image, profile))
-    files = [f"mats/{number}.json" for number in range(len(sweep.mats))]
-    mats = [
-        mat_of(parse(archive.read(file), "JSON", f"{name}/{file}"), f"{name}/{file}") if file in there else None
-        for file in files
-    ]
+    mats = []
+    for number in range(len(sweep.mats)):
+        place = f"mats/{number}.json"
+        mat = None
+        if place in there:
+            mat = mat_of(parse(archive.read(place), "JSON", f"{name}/{place}"), f"{name}/{place}")
+        mats.append(mat)
     plan = Plan(sweep, programs, mats, about.versions["motorcade"], with_digests=True)
     if not 1 <= about.checkpoints <= plan.checkpoints:
         raise ValueError("more checkpoints than there can be")

@@ -64,7 +64,10 @@ def _spaces(stepped: SteppedWorlds) -> tuple[Box, Space[Any]]:
     """The spaces of an agent's observations and actions."""
     least, most = np.array(list(stepped.columns.values()), np.float32).T
     choices = stepped.choices
-    return Box(least, most), MultiDiscrete(choices) if stepped.is_by_fields else Discrete(choices[0])
+    actions: Space[Any] = Discrete(choices[0])
+    if stepped.is_by_fields:
+        actions = MultiDiscrete(choices)
+    return Box(least, most), actions
 
 
 class ParallelCars(ParallelEnv[str, Singles, Numbers]):
@@ -204,7 +207,9 @@ class VectorCars(VectorEnv[Singles, Numbers, Numbers]):
         ``options`` are those of `motorcade.lab.stepping.SteppedWorlds.reset`, which says what is refused.
         """
         self._stepped.reset(seed, options)
-        super().reset(seed=None if seed is None else int(seed))
+        if seed is not None:
+            seed = int(seed)
+        super().reset(seed=seed)
         return self._observed(), {}
 
     def step(self, actions: Numbers) -> tuple[Singles, Numbers, Numbers, Numbers, dict[str, Any]]:

@@ -16,7 +16,8 @@ from motorcade.missions.model import Mission
 from motorcade.missions.watch import ManyRuns, attempt_of, run_to_next
 
 # Where cars were is noted so often, in squares of this side.
-_VISIT_MS, _SQUARE_M = 1000, 0.25
+_VISIT_MS = 1000
+_SQUARE_M = 0.25
 # x and y of all cars.
 _Positions = tuple[NDArray[np.int32], NDArray[np.int32]]
 
@@ -99,9 +100,13 @@ class _Visits:
 
     def __init__(self, mat: Mat, worlds: int) -> None:
         x_m, y_m = np.asarray(mat.starts.x_m), np.asarray(mat.starts.y_m)
-        self._corner_m = (0.0, 0.0) if mat.size_m else (x_m.min() - 2, y_m.min() - 2)
-        width, height = mat.size_m or (np.ptp(x_m) + 4, np.ptp(y_m) + 4)
-        self._columns, self._rows = (max(int(np.ceil(length / _SQUARE_M)), 1) for length in (width, height))
+        if mat.size_m:
+            self._corner_m = (0.0, 0.0)
+            size_m = mat.size_m
+        else:
+            self._corner_m = (x_m.min() - 2, y_m.min() - 2)
+            size_m = (np.ptp(x_m) + 4, np.ptp(y_m) + 4)
+        self._columns, self._rows = (max(int(np.ceil(length / _SQUARE_M)), 1) for length in size_m)
         self._seen = np.zeros((worlds, self._columns * self._rows), bool)
         self._worlds = np.arange(worlds)[:, None]
 

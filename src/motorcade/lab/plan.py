@@ -103,8 +103,10 @@ class Plan:
         self.runs = sweep.runs
         bounds, cars = self._divide(progress)
         self._ranges = list(pairwise(bounds))
-        most = MOST_BYTES // (cars * CAR_BYTES)
-        self.checkpoints = min(max(most, 1), MOST_CHECKPOINTS) if with_digests else 0
+        self.checkpoints = 0
+        if with_digests:
+            most = MOST_BYTES // (cars * CAR_BYTES)
+            self.checkpoints = min(max(most, 1), MOST_CHECKPOINTS)
 
     @property
     def tasks(self) -> int:

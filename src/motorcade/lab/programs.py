@@ -15,7 +15,8 @@ Steps = tuple[Step, ...]
 _SECONDS = (1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 30.0, 60.0)
 _TIMES = (2, 3, 4, 5, 6, 8, 10, 20)
 # Steps in a list that is drawn, and in one that changes may make.
-_DRAWN, _MOST = 3, 12
+_DRAWN = 3
+_MOST = 12
 # Programs that don't compile are drawn again, and so are those that were tried already.
 _TRIES = 40
 
@@ -72,7 +73,12 @@ class ProgramSource:
             if image not in self._tried:
                 self._tried.add(image)
                 break
-        return fits or Program([], Followers([]) if self._has_followers else None, self._mission.document["profile"])
+        if fits:
+            return fits
+        followers = None
+        if self._has_followers:
+            followers = Followers([])
+        return Program([], followers, self._mission.document["profile"])
 
     def _step(self, random: Random, inside: bool = False) -> Step:
         """Draw a step; ``inside`` another it is no repetition."""

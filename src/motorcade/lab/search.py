@@ -39,7 +39,8 @@ from motorcade.runs.drawing import picture_text
 _MOST_BYTES = 1 << 28
 FORMAT = "motorcade-search/1"
 # The map: coverage from left to right, words a minute upwards; more words count as the most.
-_CELLS, _MOST_WORDS = 10, 240.0
+_CELLS = 10
+_MOST_WORDS = 240.0
 # Of the best programs.
 _SAVED = 3
 # A mean that is a bound of a cell may be a little less in floating point.
@@ -55,7 +56,8 @@ _BATCH_RUNS = 32
 # MAP-Elites and racing draw this share of their programs anew, and change others for the rest.
 _DRAWN = {"map-elites": 0.1, "racing": 0.3}
 # Racing gives more runs to the best of so many that had equally many; and changes one of the best few.
-_OF, _FEW = 4, 10
+_OF = 4
+_FEW = 10
 
 
 @dataclass(slots=True)
@@ -329,7 +331,10 @@ class Search:
     def _numbers(self) -> Iterator[int | None]:
         """The batches to do; None while the next one waits for outcomes."""
         while self._waiting or self._batches:
-            yield self._waiting.popleft() if self._waiting else None
+            if self._waiting:
+                yield self._waiting.popleft()
+            else:
+                yield None
 
     def task(self, index: int) -> GradingTask:
         """The task of a batch."""

@@ -47,7 +47,10 @@ class WorldView:
             is_whole = drawn is None and about.mat.size_m is not None
             self._box = box if is_whole else _wider(box)
             self._images = world.images
-            drawn = self._drawn = MomentPictures(about, self._box, drawn.size if drawn else None)
+            size = None
+            if drawn:
+                size = drawn.size
+            drawn = self._drawn = MomentPictures(about, self._box, size)
         return [drawn.draw(moment) for moment in moments]
 
 

@@ -151,12 +151,20 @@ class SteppedWorlds:
     def __init__(self, task: EnvironmentSource, worlds: int, options: Options) -> None:
         program = options.program
         step_ms = options.step_ms
-        task = built_in_mission(task) if isinstance(task, str) else task
+        if isinstance(task, str):
+            task = built_in_mission(task)
         if not isinstance(task, Mission | Mat):
             raise not_allowed("task", task, Phrase("mission-or-mat"))
         worlds = to_whole("worlds", worlds, 1, MOST_SEED)
-        mission = task if isinstance(task, Mission) else None
-        mat, profile = (task.mat, task.profile) if isinstance(task, Mission) else (task, None)
+        mission = profile = None
+        usual_s: float = _MAT_S
+        if isinstance(task, Mission):
+            mission = task
+            mat = task.mat
+            profile = task.profile
+            usual_s = task.duration_ms / 1000
+        else:
+            mat = task
         self._images = [compile_program(program, profile).image if program else _NO_PROGRAM]
         if program is None:
             mat = replace(mat, starts=replace(mat.starts, leads=flags([False] * len(mat.starts))))
@@ -175,7 +183,7 @@ class SteppedWorlds:
         self.step_ms = step_ms
         length_s = options.seconds
         if length_s is None:
-            length_s = mission.duration_ms / 1000 if mission else _MAT_S
+            length_s = usual_s
         self._length_ms = math.ceil(length_s * 1000 / step_ms) * step_ms
         self._range_m = self.world.profile.body.ultrasonic_range_mm / 1000
         self.state_columns = self._limits(mat)
@@ -230,7 +238,9 @@ class SteppedWorlds:
         Raises:
             MotorcadeError: an argument isn't allowed, or a car would stand in a wall or in another car.
         """
-        first = self._next_seed if seed is None else to_whole("seed", seed, 0, MOST_SEED)
+        first = self._next_seed
+        if seed is not None:
+            first = to_whole("seed", seed, 0, MOST_SEED)
         chosen = {} if options is None else instance_of(dict, "options", options)
         self._check_reset(chosen)
         world = self._world_with(checked_images(chosen.get("images", self._images)))
@@ -287,7 +297,9 @@ class SteppedWorlds:
         before = self._readings
         words = self._words_of(actions)
         given = np.full((world.worlds, world.cars), agents.KEEP, np.uint32)
-        given[:, self.agents] = words if acts is None else np.where(acts, words, agents.KEEP)
+        if acts is not None:
+            words = np.where(acts, words, agents.KEEP)
+        given[:, self.agents] = words
         world.begin_words(given.astype("<u4").tobytes())
         self._given = np.where(given == agents.KEEP, self._given, given)
         self._begun_ms = np.where(given == agents.KEEP, self._begun_ms, world.now_ms)
@@ -304,7 +316,10 @@ class SteppedWorlds:
         length_ms = self._length_ms
         while world.now_ms < end_ms:
             before_ms = world.now_ms
-            run_to_next(world, min(end_ms, length_ms) if before_ms < length_ms else end_ms, EVERY_MS)
+            next_ms = end_ms
+            if before_ms < length_ms:
+                next_ms = min(end_ms, length_ms)
+            run_to_next(world, next_ms, EVERY_MS)
             is_next = before_ms // EVERY_MS != world.now_ms // EVERY_MS
             if before_ms < length_ms and (is_next or world.now_ms >= length_ms):
                 self._see()
@@ -356,7 +371,9 @@ class SteppedWorlds:
     def _grades(self) -> Floats:
         """Each world's grade in the mission, 0 to 1."""
         mission = self._watched
-        return np.array([grade_of(mission, watch.grades()) for watch in self._watches] if mission else [])
+        if mission is None:
+            return np.array([])
+        return np.array([grade_of(mission, watch.grades()) for watch in self._watches])
 
     def _rewards(self, before: Readings) -> Floats:
         found: Any = 0.0

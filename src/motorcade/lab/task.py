@@ -37,18 +37,18 @@ DIGESTS = "digests"
 
 def table_schema(parameters: Sequence[str], with_digests: bool = False) -> pa.Schema:
     """The table's columns: the run, its program, mat and seed, its parameters, its measures, maybe DIGESTS."""
-    return pa.schema(
-        [
-            ("run", pa.int64()),
-            ("program", pa.string()),
-            ("mat", pa.string()),
-            ("seed", pa.int64()),
-            *((name, _TYPES[kind_of(name)]) for name in parameters),
-            *((name, pa.int64()) for name in COUNTS),
-            *((name, pa.float64()) for name in FIGURES),
-            *([(DIGESTS, pa.binary())] if with_digests else []),
-        ]
-    )
+    columns = [
+        ("run", pa.int64()),
+        ("program", pa.string()),
+        ("mat", pa.string()),
+        ("seed", pa.int64()),
+        *((name, _TYPES[kind_of(name)]) for name in parameters),
+        *((name, pa.int64()) for name in COUNTS),
+        *((name, pa.float64()) for name in FIGURES),
+    ]
+    if with_digests:
+        columns.append((DIGESTS, pa.binary()))
+    return pa.schema(columns)
 
 
 def run_task(task: Task) -> bytes:

@@ -279,7 +279,9 @@ class Lit(CarsGoal):
         led = goal.values["led"]
         # Before the first tick no LED is on.
         window_ms = _window_ms(goal, least_ms=int(when == judging.ALWAYS))
-        return Question(judging.LIT, when, led=NO_LED if led == "off" else led, window_ms=window_ms)
+        if led == "off":
+            led = NO_LED
+        return Question(judging.LIT, when, led=led, window_ms=window_ms)
 
     @classmethod
     def asks(cls, goal: Goal, details: dict[str, Any]) -> Phrase:

@@ -117,12 +117,12 @@ def _check(
     states = {seed: watch.states() for seed, watch in watches.items()}
     grades = [watch.grades() for watch in watches.values()]
     means = [fmean(of_goal) for of_goal in zip(*grades, strict=True)]
-    results = [
-        _tried(mission, goal, image, open_worlds)
-        if GOALS[goal.kind].tries_other_seeds
-        else _worst(mission, number, states, grade)
-        for number, (goal, grade) in enumerate(zip(mission.goals, means, strict=True))
-    ]
+    results = []
+    for number, (goal, mean) in enumerate(zip(mission.goals, means, strict=True)):
+        if GOALS[goal.kind].tries_other_seeds:
+            results.append(_tried(mission, goal, image, open_worlds))
+        else:
+            results.append(_worst(mission, number, states, mean))
     grade = fmean(grade_of(mission, of_run) for of_run in grades)
     if (steps := steps_result(mission, program)) is not None:
         results.insert(0, steps)

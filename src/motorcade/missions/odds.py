@@ -21,10 +21,13 @@ Raises MotorcadeError.
 """
 
 # Runs that go on side by side, and the cars that they may have together.
-_RUNS, _MOST_CARS = 20, 4_000
+_RUNS = 20
+_MOST_CARS = 4_000
 # About so many simulated car-seconds are done in one call, which takes some ten milliseconds; and so many moments at
 # most, or where Python looks at each of them.
-_WORK, _MOST_MOMENTS, _MOST_SLOW_MOMENTS = 1_500, 40, 10
+_WORK = 1_500
+_MOST_MOMENTS = 40
+_MOST_SLOW_MOMENTS = 10
 
 
 class Trial(NamedTuple):

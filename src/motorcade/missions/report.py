@@ -19,7 +19,8 @@ from motorcade.program.diagnostics import ProgramError
 from motorcade.program.files import is_project, read_project
 from motorcade.words.packing import ImageError
 
-_IMAGES, REPORTS = (".image", ".bin"), ("-report.html", "-report.csv")
+_IMAGES = (".image", ".bin")
+REPORTS = ("-report.html", "-report.csv")
 _LEADER, _FOLLOWER = "#d62728", "#1f77b4"
 _WIDTH_PX, _HEIGHT_PX = 220, 150
 # Control characters and what ends a line; what a formula begins with, also as the wide letters of Chinese and Japanese
@@ -29,7 +30,8 @@ _FORMULA = re.compile(r"""((?:^|[;,|:])[\s"']*)([=+\-@＝＋－＠])""")
 # Around what is shown of a mat without a size.
 _MARGIN_M = 0.2
 # With more, tracks can't be told apart, and the page of a class has megabytes.
-_MOST_CARS, _MOST_POINTS = 60, 100
+_MOST_CARS = 60
+_MOST_POINTS = 100
 _STYLE = (
     "body{font:16px/1.5 system-ui,sans-serif;max-width:75rem;margin:2rem auto;padding:0 1rem}"
     "table{border-collapse:collapse;width:100%}th,td{border:1px solid #999;padding:.4rem .6rem;text-align:left;"
@@ -44,15 +46,18 @@ class Checked(NamedTuple):
 
     Attributes:
         name: of the file, below the folder.
-        result: what its program earned; None where it holds none that can be checked.
-        problem: why not; else None.
+        found: what its program earned; an error says why it holds none that can be checked.
         picture: an SVG of the run with the mission's first seed: where each car drove, and where it stands at the end.
     """
 
     name: str
-    result: Result | None
-    problem: MotorcadeError | None
+    found: Result | MotorcadeError
     picture: str = ""
+
+    @property
+    def passes(self) -> bool:
+        """Whether its program earned a star."""
+        return isinstance(self.found, Result) and bool(self.found.stars)
 
 
 def check_file(mission: Mission, path: Path, look: Look | None = None) -> Result:
@@ -67,7 +72,10 @@ def check_file(mission: Mission, path: Path, look: Look | None = None) -> Result
     try:
         return check_program(mission, program, look=look)
     except ProgramError as problem:
-        raise ProgramError(python.located(problem.diagnostics) if python else problem.diagnostics) from None
+        diagnostics = problem.diagnostics
+        if python:
+            diagnostics = python.located(diagnostics)
+        raise ProgramError(diagnostics) from None
 
 
 def files_of(folder: Path) -> list[Path]:
@@ -91,12 +99,14 @@ def checked_file(mission: Mission, folder: Path, path: Path) -> Checked:
         result = check_file(mission, path, note)
     except ImageError as problem:
         # To who put a photo into the folder its number of bytes says nothing.
-        return Checked(name, None, problem if path.suffix in _IMAGES else InputError("no-program-in-file"))
+        if path.suffix not in _IMAGES:
+            return Checked(name, InputError("no-program-in-file"))
+        return Checked(name, problem)
     except MotorcadeError as problem:
-        return Checked(name, None, problem)
+        return Checked(name, problem)
     except OSError as problem:
-        return Checked(name, None, MotorcadeError("cant-read", reason=problem))
-    return Checked(name, result, None, _picture(mission, points))
+        return Checked(name, MotorcadeError("cant-read", reason=problem))
+    return Checked(name, result, _picture(mission, points))
 
 
 def _picture(mission: Mission, points: Sequence[Sequence[tuple[float, float]]]) -> str:
@@ -123,8 +133,10 @@ def _picture(mission: Mission, points: Sequence[Sequence[tuple[float, float]]]) 
     parts += [outline(corners, thing) for corners in mat.polygons]
     parts += [disc(*place, thing) for place in mat.discs]
     for zone in mission.zones:
-        corners = zone.corners and (*zone.corners, zone.corners[0])
-        parts.append(outline(corners, zone_style) if corners else disc(*zone.disc, zone_style))
+        if zone.corners:
+            parts.append(outline((*zone.corners, zone.corners[0]), zone_style))
+        else:
+            parts.append(disc(*zone.disc, zone_style))
     for car, leads in enumerate(mat.starts.leads[:_MOST_CARS]):
         colour = _FOLLOWER
         if leads:
@@ -158,12 +170,13 @@ def to_csv(checked: Iterable[Checked], mission: Mission, language: str) -> str:
     words = [Phrase(f"report-{name}").sentence(language) for name in ("file", "stars", "grade", "lost", "problem")]
     writer.writerow(words)
     for entry in checked:
-        if entry.result is None:
-            row = ["", "", "", entry.problem.sentence(language) if entry.problem else ""]
+        found = entry.found
+        if isinstance(found, MotorcadeError):
+            row = ["", "", "", found.sentence(language)]
         else:
-            goals = asked_goals(mission, entry.result, language)
+            goals = asked_goals(mission, found, language)
             lost = [f"{asked}: {goal.why.sentence(language)}" for asked, goal in goals if not goal.met]
-            row = [str(len(entry.result.stars)), f"{entry.result.grade:.2f}", " ".join(lost), ""]
+            row = [str(len(found.stars)), f"{found.grade:.2f}", " ".join(lost), ""]
         writer.writerow([_cell(value) for value in (entry.name, *row)])
     return "\ufeff" + text.getvalue()
 
@@ -187,24 +200,23 @@ def to_html(checked: Sequence[Checked], mission: Mission, language: str) -> str:
     rows = []
     for entry in checked:
         file = f"<th scope=row>{escape(entry.name)}</th>"
-        if entry.result is None:
-            problem = ""
-            if entry.problem:
-                problem = escape(entry.problem.sentence(language))
+        found = entry.found
+        if isinstance(found, MotorcadeError):
+            problem = escape(found.sentence(language))
             rows.append(f"<tr class=refused><td></td>{file}<td>–</td><td>{problem}</td></tr>")
             continue
-        goals = "".join(
-            f"<li>✓ {escape(asked)}</li>"
-            if goal.met
-            else f"<li>✗ {escape(asked)} <b>{escape(goal.why.sentence(language))}</b></li>"
-            for asked, goal in asked_goals(mission, entry.result, language)
-        )
-        stars = "★" * len(entry.result.stars) or "–"
+        goals = ""
+        for asked, goal in asked_goals(mission, found, language):
+            if goal.met:
+                goals += f"<li>✓ {escape(asked)}</li>"
+            else:
+                goals += f"<li>✗ {escape(asked)} <b>{escape(goal.why.sentence(language))}</b></li>"
+        stars = "★" * len(found.stars) or "–"
         picture = entry.picture.replace("<svg ", f'<svg aria-label="{say("picture", file=entry.name)}" ', 1)
         rows.append(f"<tr><td>{picture}</td>{file}<td>{stars}</td><td><ul>{goals}</ul></td></tr>")
     heads = "".join(f"<th scope=col>{say(name)}</th>" for name in ("run", "file", "stars", "goals"))
     title = say("title", name=mission.name)
-    passed = sum(bool(entry.result and entry.result.stars) for entry in checked)
+    passed = sum(entry.passes for entry in checked)
     table = base64.b64encode(to_csv(checked, mission, language).encode(errors="replace")).decode()
     return (
         f'<!doctype html><html lang="{escape(language)}"><meta charset=utf-8>'

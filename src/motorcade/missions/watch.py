@@ -212,7 +212,9 @@ class ManyRuns:
 def _table(dtype: str, rows: Any, columns: int = 0) -> Buffer:
     """A buffer of rows, of which all are equally long; ``columns`` says how long where there are none."""
     numbers = [number for row in rows for number in row]
-    table: Buffer = Buffer.of(dtype, numbers, len(rows[0]) if rows else columns, len(rows))
+    if rows:
+        columns = len(rows[0])
+    table: Buffer = Buffer.of(dtype, numbers, columns, len(rows))
     return table
 
 

@@ -59,9 +59,14 @@ def pictures_in(language: str) -> Iterator[str]:
     """
     letters = {ord(letter) for letter in catalogue(language)["language"] if letter.isalpha()}
     family = next((font for font in ("", *_CHINESE_FONTS) if _has_letters(font, letters)), None)
-    token = _language.set(FIRST if family is None else language)
+    if family is None:
+        language = FIRST
+    families = list(rcParams["font.family"])
+    if family:
+        families.append(family)
+    token = _language.set(language)
     try:
-        with rc_context({"font.family": [*rcParams["font.family"], *([family] if family else [])]}):
+        with rc_context({"font.family": families}):
             yield _language.get()
     finally:
         _language.reset(token)

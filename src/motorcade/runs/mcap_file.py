@@ -68,7 +68,9 @@ _EMPTY: dict[str, Any] = {
 
 def _mat_message(about: Description) -> bytes:
     """Make the message of what doesn't move: the mat's edge, walls and obstacles."""
-    mat, dark, grey = about.mat, _colour("#3a3a3a"), _colour("#8c8c8c")
+    mat = about.mat
+    dark = _colour("#3a3a3a")
+    grey = _colour("#8c8c8c")
     cubes = [_wall(*wall, dark) for wall in mat.walls]
     if mat.size_m:
         width_m, height_m = mat.size_m
@@ -178,7 +180,7 @@ _CARS = {
         **{column.recorded: _schema_of(column) for column in COLUMNS.values()},
     },
 }
-_EVENT = {name: {"type": "string" if name in ("kind", "why") else "integer"} for name in EVENT_FIELDS}
+_EVENT = {name: {"type": "integer"} for name in EVENT_FIELDS} | {name: {"type": "string"} for name in ("kind", "why")}
 _EVENTS = {
     "title": "motorcade.Events",
     "type": "object",
@@ -293,7 +295,9 @@ class McapRecording:
     def __init__(self, path: Path):
         self.name = str(path)
         self.damage: MotorcadeError | None = None
-        self._path = path if path.exists() or not part_of(path).exists() else part_of(path)
+        self._path = path
+        if not path.exists() and part_of(path).exists():
+            self._path = part_of(path)
         try:
             with self._path.open("rb") as file:
                 for record in _records(file):

@@ -1,7 +1,7 @@
 """Draw a run: the cars' tracks and last positions as a picture, or all of it as a film (GIF, by Pillow)."""
 
 import io
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import chain
 from pathlib import Path
 
@@ -89,7 +89,9 @@ def _draw_tracks(
     few = len(drawn) <= _FEW_TRACKS
     leads = about.is_leader()
     # A different colour for each follower where there are few; red for leaders.
-    cycle = np.array([rgb(colour) for colour in (FOLLOWERS if few else FOLLOWERS[:1])], np.float32)
+    cycle = np.array(list(map(rgb, FOLLOWERS)), np.float32)
+    if not few:
+        cycle = cycle[:1]
     colours: NDArray[np.float32] = cycle[(np.cumsum(~leads) - 1) % len(cycle)]
     colours[leads] = rgb(LEADER)
     for leading, wide, thin, faint in ((False, 1.2, 0.6, 0.35), (True, 2.2, 1.2, 0.9)):
@@ -107,12 +109,13 @@ def _draw_tracks(
 def _title(about: Description, t_s: float, drawn: int) -> str:
     leaders = len(about.leaders)
     followers = about.cars - leaders
-    title = picture_text(
-        "picture-tracks",
-        leaders=picture_text("picture-one-leader" if leaders == 1 else "picture-leaders", count=leaders),
-        followers=picture_text("picture-one-follower" if followers == 1 else "picture-followers", count=followers),
-        t_s=t_s,
-    )
+    leading = picture_text("picture-leaders", count=leaders)
+    if leaders == 1:
+        leading = picture_text("picture-one-leader")
+    following = picture_text("picture-followers", count=followers)
+    if followers == 1:
+        following = picture_text("picture-one-follower")
+    title = picture_text("picture-tracks", leaders=leading, followers=following, t_s=t_s)
     if drawn <= _FEW_TRACKS:
         return picture_text("picture-tracks-few", title=title)
     if drawn == about.cars:
@@ -138,8 +141,11 @@ def draw_film(
     """
     moments_s = speed * 1000 / recording.about.every_ms
     step = max(1, int(np.ceil(moments_s / MOST_IMAGES_S - 1e-9)))
+    moments: Iterable[Moment] = ()
     # Where the mat's edge is a wall, no car is outside.
-    box = bounding_box(recording.about, [] if recording.about.mat.walled else shown_moments(recording))
+    if not recording.about.mat.walled:
+        moments = shown_moments(recording)
+    box = bounding_box(recording.about, moments)
     pictures = MomentPictures(recording.about, box)
     images = _images(recording, pictures, step, progress)
     first = next(images, None)

@@ -231,7 +231,8 @@ def events_as_dicts(events: NDArray[np.void]) -> list[dict[str, Any]]:
     """Events of `motorcade.engine.events.EVENT` for JSON: EVENT_FIELDS by name, with the names of kinds and reasons."""
     dicts = [dict(zip(EVENT_FIELDS, row, strict=True)) for row in events[list(EVENT_FIELDS)].tolist()]
     for event in dicts:
-        event["kind"], event["why"] = KINDS[event["kind"]], LOSS_REASONS[event["why"]]
+        event["kind"] = KINDS[event["kind"]]
+        event["why"] = LOSS_REASONS[event["why"]]
     return dicts
 
 
@@ -263,7 +264,10 @@ def check_writable(path: Path, endings: Iterable[str]) -> None:
         raise InputError("run-file-is-folder", file=path)
     if not path.parent.is_dir():
         raise InputError("run-file-without-folder", file=path, folder=path.parent)
-    if not os.access(path if path.exists() else path.parent, os.W_OK):
+    place = path
+    if not path.exists():
+        place = path.parent
+    if not os.access(place, os.W_OK):
         raise InputError("run-file-forbidden", file=path)
 
 

@@ -172,15 +172,18 @@ def simulate(
     Raises:
         MotorcadeError: an argument isn't allowed, the run can't be simulated, or a file can't be written.
     """
-    chosen = built_in_profile("classroom") if profile is None else instance_of(Profile, "profile", profile)
-    place = open_table(formation(followers, chosen.infrared.range_mm / 1000)) if mat is None else mat
+    if profile is None:
+        profile = built_in_profile("classroom")
+    chosen = instance_of(Profile, "profile", profile)
+    if mat is None:
+        mat = open_table(formation(followers, chosen.infrared.range_mm / 1000))
     (image,) = checked_images([image])
     duration_ms = round(to_number("seconds", seconds, 0, LONGEST_S) * 1000)
     files = targets_of("record", record)
-    is_small = len(instance_of(Mat, "mat", place).starts) <= MOST_CARS_IN_MEMORY
-    slots = SlotCounts(image, place, chosen)
+    is_small = len(instance_of(Mat, "mat", mat).starts) <= MOST_CARS_IN_MEMORY
+    slots = SlotCounts(image, mat, chosen)
     events = is_small or slots.counts_anything or any(_takes_events(target) for target in files)
-    world = World(place, [image], chosen, seeds=seed, events=events)
+    world = World(mat, [image], chosen, seeds=seed, events=events)
     recording = InMemoryRecording(Description.of(world, EVERY_MS)) if is_small else None
     driven_m = np.zeros(world.cars)
     slice_ms = max(EVERY_MS // world.tick_ms, 1) * world.tick_ms
@@ -196,4 +199,7 @@ def simulate(
             driven_m += np.hypot(now.x_m - before.x_m, now.y_m - before.y_m)
             before = now
             progress(world.now_ms)
-    return Run(world, driven_m, recording, counted.slots(duration_ms) if counted else [])
+    counts = []
+    if counted:
+        counts = counted.slots(duration_ms)
+    return Run(world, driven_m, recording, counts)

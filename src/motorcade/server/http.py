@@ -25,7 +25,9 @@ from motorcade.service.programs import error_answer
 PAGE = Path(__file__).with_name("page")
 _REMOTE = "/drive"
 # A body that is longer waits in a file, until few others are in memory: 30 of at most 1 MB, and one that is longer.
-_MOST_UNLOADED, _MOST_SMALL, _SMALL_AT_ONCE = 1 << 16, 1 << 20, 30
+_MOST_UNLOADED = 1 << 16
+_MOST_SMALL = 1 << 20
+_SMALL_AT_ONCE = 30
 
 
 class Bodies:

@@ -33,7 +33,8 @@ RATE_WINDOW_S = 2
 # Who is out is sent nothing more after so long: until then, why.
 _LAST_WORDS_S = 1.0
 # What a stream sends again and again; and why a WebSocket ends (RFC 6455, section 7.4.1).
-_PARTS, _NOT_ALLOWED = ("websocket.send", "http.response.body"), 1008
+_PARTS = ("websocket.send", "http.response.body")
+_NOT_ALLOWED = 1008
 # Paths that may be opened with the token in the address, and paths that only our own pages may request.
 _PAGES = ("/", "/drive")
 _CAMERA = "/camera"

@@ -266,7 +266,8 @@ class Comparison:
         else:
             here = begun[missed]
             there = begun[1 - missed]
-            words[missed], t_ms = None, there[number][0]
+            words[missed] = None
+            t_ms = there[number][0]
             if number < len(here) and here[number][1] == there[number][1]:
                 late_ms = here[number][0] - t_ms
             cause = self._cause(car, missed, t_ms)

@@ -52,7 +52,7 @@ class GpioMotor:
             if pin is not None:
                 self._power = [devices.enter_context(pulsed(pin))]
                 kind = switched
-        keys = ("forward", "backward")
+        keys: tuple[str, ...] = ("forward", "backward")
         if pins.pin(part, "direction") is not None:
             keys = ("direction",)
         self._directions = [devices.enter_context(kind(pins.pin(part, key))) for key in keys]

@@ -142,7 +142,8 @@ class CarList:
         if status.away and status.silent_s is not None:
             row["silent_s"] = round(status.silent_s)
         if verdict := self._verdicts.get(status.where):
-            row["holds"], row["error"] = verdict.holds, _sentence(verdict.error)
+            row["holds"] = verdict.holds
+            row["error"] = _sentence(verdict.error)
         return CarRow(**row)
 
 
