@@ -88,6 +88,22 @@ function texts(): Plugin {
   };
 }
 
+/** Puts the widths that ui/tokens.css declares by `@custom-media`, which browsers don't know yet, where style sheets name them. */
+function widths(): Plugin {
+  const tokens = join(import.meta.dirname, "src/ui/tokens.css");
+  const declared = /@custom-media (--[\w-]+) (.*);\n/g;
+  return {
+    name: "widths",
+    enforce: "pre",
+    transform(code, id) {
+      if (!id.split("?")[0]!.endsWith(".css") || !id.includes("/src/")) return null;
+      const known = new Map([...readFileSync(tokens, "utf-8").matchAll(declared)].map(([, name, width]) => [name!, width!]));
+      const named = (all: string, before: string, name: string) => before + (known.get(name) ?? this.error(`no width ${name} in ui/tokens.css: ${all}`));
+      return code.replace(declared, "").replace(/(@(?:media|container) )\((--[\w-]+)\)/g, named);
+    },
+  };
+}
+
 /** Blockly's pictures, served beside the page: no other host is ever asked for them. */
 function blocklyMedia(): Plugin {
   const media = join(dirname(createRequire(import.meta.url).resolve("blockly")), "media");
@@ -204,7 +220,7 @@ export default defineConfig({
   // Relative addresses: the site may be below any path.
   base: "./",
   worker: { format: "es" },
-  plugins: [react(), texts(), blocklyMedia(), pyodide(), stageFirst()],
+  plugins: [react(), widths(), texts(), blocklyMedia(), pyodide(), stageFirst()],
   build: {
     outDir: "../src/motorcade/server/page",
     emptyOutDir: true,

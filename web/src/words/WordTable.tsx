@@ -9,7 +9,6 @@ import { useStudio } from "../state/studio";
 import { usePrinting, useScroll } from "../ui/areas";
 import { bitsOf, blockOf, colourOf, fieldsOf, hasBlockIn, isLit, isNarrow, spansOf, fieldMeaning, valueOf } from "./bits";
 import { storyOf } from "./story";
-import controls from "../ui/controls.module.css";
 import css from "./words.module.css";
 
 const ROW_PX = 30;
@@ -77,8 +76,8 @@ const WordRow = memo(function WordRow(props: WordRowProps) {
         <span className={css.story}>{storyOf(word, profile)}</span>
         {line !== undefined && <span className={css.line}>{t("python.line", { line })}</span>}
         {/* The style sheet shows it behind the bits. */}
-        <span className={controls.visuallyHidden}>{word.hex.toUpperCase()}</span>
-        <span className={controls.visuallyHidden}>{t(`parts.${word.part}`)}</span>
+        <span className="unseen">{word.hex.toUpperCase()}</span>
+        <span className="unseen">{t(`parts.${word.part}`)}</span>
       </span>
       {fields.map((field, at) => (
         <span
