@@ -3,14 +3,14 @@ import { connectTo, RefusedError } from "../api/service";
 import { startLanguages } from "../i18n";
 import { type Choice, useDialogs } from "../state/dialogs";
 import { useStudio } from "../state/studio";
-import { BLANK, markSaved, replaceBy, watchUnsaved } from "./project";
+import { BLANK, library, markSaved, replaceBy } from "./project";
 
 const MINE = { blocks: { mine: true } };
 const ask = vi.fn<(name: string, message: unknown) => Promise<unknown>>();
 
 startLanguages();
 connectTo({ ask: ask as never, openStream: vi.fn() });
-watchUnsaved();
+library.watch();
 
 beforeEach(() => {
   useStudio.setState({ name: "", leader: {}, kept: null });
