@@ -120,6 +120,7 @@ def test_the_editor_is_there_before_python_and_says_what_play_waits_for(show) ->
     page.page.reload()
     expect(page.block("leader", "forward")).to_be_visible()
     expect(page.page.locator("#mat-play")).to_be_disabled()
+    expect(page.page.locator("#mat-play")).to_have_text(page.say("mat.waits.python"))
     expect(
         page.page.locator("#stage").get_by_role("status").filter(has_text=page.say("server.starting"))
     ).to_be_visible()

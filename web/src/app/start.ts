@@ -12,8 +12,8 @@ import { request } from "../api/service";
 import { takeOwnWorld } from "../api/world";
 import { openSharedLink, save } from "../projects/actions";
 import { attemptInClass, findPupilsWork, lookAt, looking, startPupil } from "../pupil/store";
-import { findWork, storeEveryChange } from "../projects/autosave";
-import { BLANK, markSaved, markUnsaved, loadProject, watchUnsaved } from "../projects/project";
+import { autosave } from "../projects/autosave";
+import { BLANK, markSaved, markUnsaved, library, loadProject } from "../projects/project";
 import { watchOtherWindows } from "../projects/windows";
 import { resumeMission, watchMissions } from "../missions/store";
 import { notify, openDialog, useDialogs } from "../state/dialogs";
@@ -114,7 +114,7 @@ async function openFirstProject(): Promise<void> {
   await takeOwnWorld();
   if (await openPupilsProject()) return;
   const isPupil = useStudio.getState().capabilities?.classroom === "pupil";
-  const stored = isPupil ? await findPupilsWork() : await findWork();
+  const stored = isPupil ? await findPupilsWork() : await autosave.find();
   if (!stored && !isPupil && (await openOpening())) return;
   loadProject(stored ?? BLANK, stored?.parkedFollowers ?? null);
   useStudio.setState({ stored: stored?.stored ?? false, kept: stored?.kept ?? null, attempts: stored?.attempts ?? {} });
@@ -151,8 +151,8 @@ export async function prepare(): Promise<void> {
 export function openEditors(): void {
   if (useStudio.getState().unsaved) markUnsaved();
   else markSaved();
-  watchUnsaved();
-  if (own.place) storeEveryChange();
+  library.watch();
+  if (own.place) autosave.start();
   watchOtherWindows();
   if (useStudio.getState().capabilities?.classroom === "pupil") startPupil();
   void openSharedLink();

@@ -9,9 +9,8 @@ const after = (state: PlayState, ...events: PlayEvent[]) => events.reduce(stateA
 /** Whether the cars drive, or are to, after each of these events, whatever the state was. */
 const toPlay = (event: PlayEvent) => [...new Set(ALL_STATES.map((state) => TO_PLAY.has(stateAfter(state, event))))];
 
-it("each pair stands in the table once, and changes the state", () => {
-  expect(new Set(TABLE.map(([state, event]) => `${state} ${event}`)).size).toBe(TABLE.length);
-  expect(TABLE.filter(([state, , next]) => state === next)).toEqual([]);
+it("each pair of the table changes the state", () => {
+  for (const state of ALL_STATES) expect(Object.values(TABLE[state])).not.toContain(state);
 });
 
 it("each state is reached from the beginning, and leads back to one that stands and one that plays", () => {

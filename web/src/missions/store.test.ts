@@ -7,7 +7,7 @@ import { setRange } from "../mat/actions";
 import { session } from "../mat/session";
 import { choose, chosenCar, editMat, useMat } from "../mat/store";
 import { workOf } from "../projects/autosave";
-import { comeBack, markSaved, watchUnsaved } from "../projects/project";
+import { comeBack, library, markSaved } from "../projects/project";
 import { useDialogs } from "../state/dialogs";
 import { useQuestion } from "../state/questions";
 import { useStudio } from "../state/studio";
@@ -26,7 +26,7 @@ beforeAll(async () => {
   await startTexts(texts);
   vi.useFakeTimers();
   connectTo({ ask: (_: string, choice: unknown) => Promise.resolve(mission((choice as { id: string }).id) as never), openStream: vi.fn() });
-  watchUnsaved();
+  library.watch();
   watchMissions();
   markSaved();
 });

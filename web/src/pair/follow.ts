@@ -1,6 +1,6 @@
 /** Store this page's windows of a pair as they change, and show the other's. */
 
-import { RefusedError, request, UnreachableError } from "../api/service";
+import { RefusedError, request } from "../api/service";
 import { type EditorName, EDITORS, type Project } from "../api/types";
 import { askClass } from "../classroom/ask";
 import { emptyState, fill, lockEditors, read, workspaceOf } from "../blocks/workspaces";
@@ -9,9 +9,11 @@ import { say } from "../i18n";
 import { session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { attempt } from "../projects/actions";
+import { Keeper, type Place } from "../projects/keeper";
 import { markUnsaved, openProject, replaceBy } from "../projects/project";
 import { notify } from "../state/dialogs";
 import { EMPTY_MAT, type Studio, useStudio } from "../state/studio";
+import { endAll } from "../ui/areas";
 import { isForeign, type Playing, usePair } from "./store";
 
 const WRITE_MS = 250;
@@ -19,30 +21,156 @@ const AGAIN_MS = 2000;
 /** What of the page belongs to a window: the mat belongs to the leader's. */
 const PARTS = { leader: ["leader", "mat", "rangeMm", "profile"], followers: ["followers"] } as const satisfies Record<EditorName, (keyof Studio)[]>;
 
-/** What each window holds, as far as this page knows. */
-let held: Record<EditorName, PairProject> | null = null;
-/** The blocks that this page shows of each window, as its editor writes them; null until the editor has them. */
-const shown: Record<EditorName, string | null> = { leader: null, followers: null };
-const changed = new Set<EditorName>();
-let timer: ReturnType<typeof setTimeout> | undefined;
-let writing: Promise<void> | null = null;
-let filling = false;
-let stop: (() => void) | null = null;
-
 const mine = (window: EditorName) => usePair.getState().view?.owners[window] === usePair.getState().me;
+
+/** A window of the pair's project on the class's server, which this page stores where it is its user's, and else shows. */
+export class PairWindow implements Place {
+  readonly keeper = new Keeper(this, WRITE_MS, AGAIN_MS);
+  /** The blocks that this page shows of it, as its editor writes them; null until the editor has them. */
+  shown: string | null = null;
+
+  constructor(
+    readonly name: EditorName,
+    /** What it holds, as far as this page knows. */
+    public held: PairProject,
+    private readonly pair: Pick<Pair, "isFilling" | "isOver">,
+  ) {}
+
+  /** Whether the page has changed what belongs to the window. */
+  differs(now: Studio, before: Studio): boolean {
+    return PARTS[this.name].some((part) => now[part] !== before[part]);
+  }
+
+  concerns(now: Studio, before: Studio): boolean {
+    return !this.pair.isFilling && mine(this.name) && this.differs(now, before);
+  }
+
+  async write(): Promise<void> {
+    const project = projectOf(this.name);
+    if (JSON.stringify(project) === JSON.stringify(this.held.project)) return;
+    try {
+      const version = await askClass("pair/write", { window: this.name, project, base: this.held.version });
+      this.held = { project, version };
+    } catch (problem) {
+      if (!(problem instanceof RefusedError)) throw problem;
+      await this.keepOwn();
+    }
+  }
+
+  /** The window is another's now, or another page of the same user has stored it: what this page made goes to the library. */
+  private async keepOwn(): Promise<void> {
+    const name = say("pair.ownName", { name: usePair.getState().view?.name ?? "" });
+    await attempt(async () => {
+      await request("projects/write", { name, project: projectOf(), base: null });
+      notify(say("pair.ownKept", { name }), "warning");
+      await this.refresh();
+    });
+  }
+
+  /** Show what the window holds now. While nothing answers, what is shown stays: the next version asks again. */
+  async refresh(): Promise<void> {
+    const found = await askClass("pair/read", { window: this.name }).catch(() => null);
+    if (!found || this.pair.isOver || found.version < this.held.version) return;
+    this.held = found;
+    this.show();
+  }
+
+  show(): void {
+    const { project } = this.held;
+    const parts: Partial<Studio> = this.name === "leader" ? { leader: project.leader, mat: project.mat ?? EMPTY_MAT, rangeMm: project.range_mm, profile: project.profile } : { followers: project.followers };
+    const differs = (Object.keys(parts) as (keyof Studio)[]).filter((part) => JSON.stringify(useStudio.getState()[part]) !== JSON.stringify(parts[part]));
+    this.pair.isFilling = true;
+    useStudio.setState(Object.fromEntries(differs.map((part) => [part, parts[part]])));
+    const workspace = workspaceOf(this.name);
+    const blocks = project[this.name];
+    this.shown = null;
+    if (workspace && differs.includes(this.name) && blocks) {
+      const { scrollX, scrollY } = workspace;
+      fill(this.name, blocks);
+      workspace.scroll(scrollX, scrollY);
+      useStudio.setState({ [this.name]: read(this.name) });
+      this.shown = JSON.stringify(useStudio.getState()[this.name]);
+    }
+    this.pair.isFilling = false;
+  }
+
+  /** A change of a window that this page only shows is undone. */
+  undo(now: Studio, before: Studio): void {
+    if (this.shown === null && now[this.name] !== null && now[this.name] !== before[this.name]) {
+      // The editor has just taken the blocks, and writes them in its own way.
+      this.shown = JSON.stringify(now[this.name]);
+    } else if (this.shown !== JSON.stringify(now[this.name]) || (this.name === "leader" && now.mat !== before.mat)) {
+      const owner = usePair.getState().view?.partner?.name;
+      notify(owner ? say("pair.readOnly", { name: owner }) : say("pair.readOnlyFree"), "warning");
+      setTimeout(() => this.pair.isOver || mine(this.name) || this.show());
+    }
+  }
+}
+
+/** Both windows, from the beginning of the pair to its end. */
+class Pair {
+  /** The page is shown what a window holds, which is no edit. */
+  isFilling = false;
+  isOver = false;
+  readonly windows: readonly PairWindow[];
+  private readonly stop: () => void;
+
+  constructor(leader: PairProject, followers: PairProject) {
+    this.windows = [new PairWindow("leader", leader, this), new PairWindow("followers", followers, this)];
+    this.stop = endAll(
+      useStudio.subscribe((now, before) => this.notice(now, before)),
+      ...this.windows.map(({ keeper }) => keeper.start()),
+      () => (session.onCommand = null),
+    );
+    session.onCommand = ({ playing, speed, seed, shown_ms, t_ms }) => void tell({ playing, speed, seed, t_ms: shown_ms ?? t_ms });
+  }
+
+  private notice(now: Studio, before: Studio): void {
+    if (this.isFilling) return;
+    if (now.generation !== before.generation) {
+      void leave();
+      return;
+    }
+    for (const window of this.windows) if (!mine(window.name) && window.differs(now, before)) window.undo(now, before);
+  }
+
+  /** Store what has changed in own windows, also while they were stored; what can't be stored there is kept in the library. */
+  async write(): Promise<void> {
+    for (let round = 0; round < 2; round++) await Promise.all(this.windows.map(({ keeper }) => keeper.keepNow()));
+  }
+
+  /** Show what the other has stored since `before`, and play as the other plays. */
+  async follow(view: PairView, before: PairView): Promise<void> {
+    lock();
+    for (const window of this.windows) {
+      const isNewer = (view.versions[window.name] ?? 0) > window.held.version;
+      // What this page stores is told to it too, maybe before the answer.
+      if (isNewer && !(mine(window.name) && !window.keeper.isKept)) await window.refresh();
+    }
+    const { conducted } = view;
+    if (conducted && conducted.by !== usePair.getState().me && conducted.number !== before.conducted?.number) session.follow(conducted);
+    if (view.partner_joined && !before.partner_joined && mine("leader")) {
+      const { state, seed, speed } = useMat.getState();
+      void tell({ playing: state?.playing ?? false, speed, seed, t_ms: state?.t_ms ?? 0 });
+    }
+  }
+
+  end(): void {
+    this.isOver = true;
+    this.stop();
+    lockEditors(new Set());
+  }
+}
 
 /** Take what is known of the pair now; null: there is none any more. */
 export function receive(view: PairView | null, me: string): void {
-  const { view: before } = usePair.getState();
+  const { view: before, pair } = usePair.getState();
   usePair.setState({ view, me });
   if (view?.joined && !before?.joined) void begin(view);
-  else if (!view?.joined && before?.joined) end();
-  else if (view?.joined && held) void follow(view, before!);
-}
-
-/** The whole project, of both windows. */
-function whole(): Project {
-  return { ...held!.leader.project, followers: held!.followers.project.followers, python: null, level: null };
+  else if (!view?.joined && before?.joined) {
+    usePair.setState({ pair: null });
+    pair?.end();
+  } else if (view?.joined) void pair?.follow(view, before!);
 }
 
 const asText = ({ leader, followers, mat, range_mm, profile }: Project) => JSON.stringify([leader, followers, mat ?? EMPTY_MAT, range_mm ?? null, profile]);
@@ -57,9 +185,10 @@ function projectOf(window?: EditorName): Project {
 async function begin(view: PairView): Promise<void> {
   await attempt(async () => {
     const [leader, followers] = await Promise.all(EDITORS.map((window) => askClass("pair/read", { window })));
-    held = { leader: leader!, followers: followers! };
-    if (asText(whole()) !== asText(projectOf())) {
-      if (!(await replaceBy({ ...whole(), name: view.name }))) {
+    // The whole project, of both windows.
+    const whole: Project = { ...leader!.project, followers: followers!.project.followers, python: null, level: null };
+    if (asText(whole) !== asText(projectOf())) {
+      if (!(await replaceBy({ ...whole, name: view.name }))) {
         await askClass("pair/leave");
         return;
       }
@@ -67,15 +196,15 @@ async function begin(view: PairView): Promise<void> {
       await new Promise((resolve) => setTimeout(resolve));
       markUnsaved();
     }
-    shown.leader = shown.followers = null;
-    stop = useStudio.subscribe(notice);
-    document.addEventListener("visibilitychange", writeHidden);
+    // The pair may be over meanwhile.
+    if (!usePair.getState().view?.joined) return;
+    const pair = new Pair(leader!, followers!);
+    usePair.setState({ pair });
     lock();
-    session.onCommand = ({ playing, speed, seed, shown_ms, t_ms }) => void tell({ playing, speed, seed, t_ms: shown_ms ?? t_ms });
     showOwn();
     const { view: now } = usePair.getState();
     if (now?.conducted) session.follow(now.conducted);
-    if (now) await follow(now, now);
+    if (now) await pair.follow(now, now);
   });
 }
 
@@ -88,128 +217,12 @@ function showOwn(): void {
 }
 
 const tell = (playing: Playing) => askClass("pair/conduct", playing).catch(() => undefined);
-const writeHidden = () => document.hidden && void write();
-
-function end(): void {
-  stop?.();
-  stop = null;
-  held = null;
-  changed.clear();
-  clearTimeout(timer);
-  document.removeEventListener("visibilitychange", writeHidden);
-  session.onCommand = null;
-  lockEditors(new Set());
-}
-
 const lock = () => lockEditors(new Set(EDITORS.filter((window) => isForeign(usePair.getState(), window))));
-
-/** Show what the other has stored since `before`, and play as the other plays. */
-async function follow(view: PairView, before: PairView): Promise<void> {
-  lock();
-  for (const window of EDITORS) {
-    // What this page stores is told to it too, maybe before the answer.
-    if (!held || (view.versions[window] ?? 0) <= held[window].version || (mine(window) && (changed.has(window) || writing))) continue;
-    await refresh(window);
-  }
-  const { conducted } = view;
-  if (conducted && conducted.by !== usePair.getState().me && conducted.number !== before.conducted?.number) session.follow(conducted);
-  if (view.partner_joined && !before.partner_joined && mine("leader")) {
-    const { state, seed, speed } = useMat.getState();
-    void tell({ playing: state?.playing ?? false, speed, seed, t_ms: state?.t_ms ?? 0 });
-  }
-}
-
-/** Show what a window holds now. While nothing answers, what is shown stays: the next version asks again. */
-async function refresh(window: EditorName): Promise<void> {
-  const found = await askClass("pair/read", { window }).catch(() => null);
-  if (!found || !held || found.version < held[window].version) return;
-  held[window] = found;
-  show(window);
-}
-
-function show(window: EditorName): void {
-  const { project } = held![window];
-  const parts = window === "leader" ? { leader: project.leader, mat: project.mat ?? EMPTY_MAT, rangeMm: project.range_mm, profile: project.profile } : { followers: project.followers };
-  const differs = (Object.keys(parts) as (keyof Studio)[]).filter((part) => JSON.stringify(useStudio.getState()[part]) !== JSON.stringify((parts as Partial<Studio>)[part]));
-  filling = true;
-  useStudio.setState(Object.fromEntries(differs.map((part) => [part, (parts as Partial<Studio>)[part]])));
-  const workspace = workspaceOf(window);
-  shown[window] = null;
-  if (workspace && differs.includes(window) && project[window]) {
-    const { scrollX, scrollY } = workspace;
-    fill(window, project[window]);
-    workspace.scroll(scrollX, scrollY);
-    useStudio.setState({ [window]: read(window) });
-    shown[window] = JSON.stringify(useStudio.getState()[window]);
-  }
-  filling = false;
-}
-
-/** A change of the page: store one of an own window, undo one of a window that this page only shows. */
-function notice(now: Studio, before: Studio): void {
-  if (filling) return;
-  if (now.generation !== before.generation) {
-    void leave();
-    return;
-  }
-  for (const window of EDITORS) {
-    if (PARTS[window].every((part) => now[part] === before[part])) continue;
-    if (mine(window)) {
-      changed.add(window);
-      timer ??= setTimeout(() => void write(), WRITE_MS);
-    } else if (shown[window] === null && now[window] !== null && now[window] !== before[window]) {
-      // The editor has just taken the blocks, and writes them in its own way.
-      shown[window] = JSON.stringify(now[window]);
-    } else if (shown[window] !== JSON.stringify(now[window]) || (window === "leader" && now.mat !== before.mat)) {
-      const owner = usePair.getState().view?.partner?.name;
-      notify(owner ? say("pair.readOnly", { name: owner }) : say("pair.readOnlyFree"), "warning");
-      setTimeout(() => held && !mine(window) && show(window));
-    }
-  }
-}
-
-/** Store what has changed in own windows; what can't be stored as the window is kept in the library. */
-export function write(): Promise<void> {
-  clearTimeout(timer);
-  timer = undefined;
-  writing ??= writeAll().finally(() => {
-    writing = null;
-    if (changed.size) timer ??= setTimeout(() => void write(), AGAIN_MS);
-  });
-  return writing;
-}
-
-async function writeAll(): Promise<void> {
-  for (const window of [...changed]) {
-    const project = projectOf(window);
-    changed.delete(window);
-    if (!held || JSON.stringify(project) === JSON.stringify(held[window].project)) continue;
-    try {
-      const version = await askClass("pair/write", { window, project, base: held[window].version });
-      // Unless the pair is over meanwhile.
-      if (stop) held[window] = { project, version };
-    } catch (problem) {
-      if (problem instanceof UnreachableError) changed.add(window);
-      else if (problem instanceof RefusedError) await keepOwn(window);
-      else throw problem;
-    }
-  }
-}
-
-/** The window is another's now, or another page of the same user has stored it: what this page made goes to the library. */
-async function keepOwn(window: EditorName): Promise<void> {
-  const name = say("pair.ownName", { name: usePair.getState().view?.name ?? "" });
-  await attempt(async () => {
-    await request("projects/write", { name, project: projectOf(), base: null });
-    notify(say("pair.ownKept", { name }), "warning");
-    if (held) await refresh(window);
-  });
-}
 
 /** Leave the pair; the project stays open. */
 export function leave(): Promise<unknown> {
   return attempt(async () => {
-    if (stop) await write();
+    await usePair.getState().pair?.write();
     const copied = await askClass("pair/leave");
     receive(null, "");
     notify(copied ? say("pair.leftCopy", { name: copied }) : say("pair.ended"));

@@ -11,7 +11,7 @@ import { session } from "../mat/session";
 import { editMat } from "../mat/store";
 import { wordsCsv } from "../words/bits";
 import { chooseFile, download, fileName } from "../ui/files";
-import { BLANK, markSaved, markUnsaved, openProject, replaceBy, saveNamed } from "./project";
+import { BLANK, library, markSaved, markUnsaved, openProject, replaceBy } from "./project";
 import { fragmentOf, projectIn } from "./share";
 
 const PROJECT_ENDING = ".motorcade.json";
@@ -52,9 +52,11 @@ export function startNew(): Promise<unknown> {
 
 export function saveFile(): Promise<void> {
   return attempt(async () => {
-    const { text } = await request("save-text", openProject());
-    download(fileName(useStudio.getState().name, PROJECT_ENDING), text, "application/json");
-    markSaved();
+    const project = openProject();
+    const sent = useStudio.getState();
+    const { text } = await request("save-text", project);
+    download(fileName(sent.name, PROJECT_ENDING), text, "application/json");
+    markSaved(sent);
     useStudio.setState({ stored: true });
   });
 }
@@ -68,7 +70,7 @@ export async function save(): Promise<void> {
 export async function saveToLibrary(): Promise<boolean> {
   const name = useStudio.getState().name.trim();
   if (!name) return false;
-  await attempt(saveNamed);
+  await attempt(() => library.save());
   return true;
 }
 

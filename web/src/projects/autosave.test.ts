@@ -2,7 +2,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { useDialogs } from "../state/dialogs";
 import { own } from "../state/otherTabs";
 import { useStudio } from "../state/studio";
-import { findWork, parseWork, storeEveryChange, workOf } from "./autosave";
+import { autosave, parseWork, workOf } from "./autosave";
 
 describe("the stored work", () => {
   it("is the whole project and what was put aside", () => {
@@ -26,8 +26,8 @@ describe("autosave", () => {
   afterEach(() => void vi.useRealTimers());
 
   it("keeps a change shortly after it, and the newest of many", async () => {
-    await findWork();
-    storeEveryChange();
+    await autosave.find();
+    autosave.start();
     useStudio.setState({ leader: { blocks: { first: true } } });
     vi.advanceTimersByTime(200);
     useStudio.setState({ leader: { blocks: { second: true } }, unsaved: true });
@@ -101,7 +101,7 @@ describe("a tab's place", () => {
     vi.resetModules();
     const tabs = await import("../state/otherTabs");
     tabs.startOtherTabs();
-    const work = await (await import("./autosave")).findWork();
+    const work = await (await import("./autosave")).autosave.find();
     return { place: tabs.own.place, shows: work?.name, close: () => Channel.all.pop() };
   };
 

@@ -13,6 +13,7 @@ import { notify } from "../state/dialogs";
 import { heldByOthers, own, PLACE_KEY } from "../state/otherTabs";
 import { keep } from "../state/storage";
 import { type Studio, useStudio } from "../state/studio";
+import { Keeper, type Place } from "./keeper";
 import { sameProject } from "./project";
 
 const PREFIX = "motorcade.autosave.";
@@ -20,9 +21,6 @@ const PREFIX = "motorcade.autosave.";
 const prefixOf = (owner: string) => (owner ? `motorcade.class.${owner}.` : PREFIX);
 /** This page's mark. */
 const PAGE = uniqueName();
-
-/** The text that this page left at its place; null for none. */
-let left: string | null = null;
 
 export interface StoredWork extends OpenedProject {
   parkedFollowers: WorkspaceState | null;
@@ -70,66 +68,81 @@ export function parseWork(text: string | null): StoredWork | null {
 
 const workAt = (key: string) => parseWork(localStorage.getItem(key));
 
-/** Hold a place from now on, with what lies there. */
-function take(key: string): void {
-  keep("sessionStorage", PLACE_KEY, key);
-  own.place = key;
-  left = localStorage.getItem(key);
-  const work = parseWork(left);
-  const marked = JSON.stringify({ ...work, page: PAGE });
-  if (work && keep("localStorage", key, marked)) left = marked;
-}
+/** This tab's place in the browser's storage. */
+class Autosave implements Place {
+  /** The text that this page left there; null for none. */
+  private left: string | null = null;
+  private isStored = true;
+  private readonly keeper = new Keeper(this, COLLECT_MS, COLLECT_MS);
 
-/** Go on at a new place, where nothing lies. */
-export const takeNewPlace = (prefix = own.place.slice(0, own.place.lastIndexOf(".") + 1)) => take(prefix + uniqueName());
-
-/**
- * Take a place for this tab, and return the work to show first; null where nothing was stored. `owner`: a pupil of a
- * class. Without work of its own, the tab shows what a closed one left behind.
- */
-export async function findWork(owner = ""): Promise<StoredWork | null> {
-  const prefix = prefixOf(owner);
-  const before = sessionStorage.getItem(PLACE_KEY);
-  const places = Object.keys(localStorage).filter((key) => key.startsWith(prefix));
-  let from = before?.startsWith(prefix) ? before : null;
-  const others = from !== null || places.length > 0 ? await heldByOthers() : new Set<string>();
-  if (from === null) {
-    const newestFirst = places.sort((one, other) => (workAt(other)?.at ?? 0) - (workAt(one)?.at ?? 0));
-    from = newestFirst.find((key) => !others.has(key)) ?? null;
+  /** Hold a place from now on, with what lies there. */
+  private take(key: string): void {
+    keep("sessionStorage", PLACE_KEY, key);
+    own.place = key;
+    this.left = localStorage.getItem(key);
+    const work = parseWork(this.left);
+    const marked = JSON.stringify({ ...work, page: PAGE });
+    if (work && keep("localStorage", key, marked)) this.left = marked;
   }
-  const work = from === null ? null : workAt(from);
-  // A copy of a tab that is open begins with the same work at a place of its own.
-  if (from === null || others.has(from)) takeNewPlace(prefix);
-  else take(from);
-  return work;
+
+  /** Go on at a new place, where nothing lies. */
+  takeNew(prefix = own.place.slice(0, own.place.lastIndexOf(".") + 1)): void {
+    this.take(prefix + uniqueName());
+  }
+
+  /**
+   * Take a place for this tab, and return the work to show first; null where nothing was stored. `owner`: a pupil of a
+   * class. Without work of its own, the tab shows what a closed one left behind.
+   */
+  async find(owner = ""): Promise<StoredWork | null> {
+    const prefix = prefixOf(owner);
+    const before = sessionStorage.getItem(PLACE_KEY);
+    const places = Object.keys(localStorage).filter((key) => key.startsWith(prefix));
+    let from = before?.startsWith(prefix) ? before : null;
+    const others = from !== null || places.length > 0 ? await heldByOthers() : new Set<string>();
+    if (from === null) {
+      const newestFirst = places.sort((one, other) => (workAt(other)?.at ?? 0) - (workAt(one)?.at ?? 0));
+      from = newestFirst.find((key) => !others.has(key)) ?? null;
+    }
+    const work = from === null ? null : workAt(from);
+    // A copy of a tab that is open begins with the same work at a place of its own.
+    if (from === null || others.has(from)) this.takeNew(prefix);
+    else this.take(from);
+    return work;
+  }
+
+  concerns(now: Studio, before: Studio): boolean {
+    return !sameProject(now, before) || now.unsaved !== before.unsaved || now.mission !== before.mission;
+  }
+
+  write(): undefined {
+    if (localStorage.getItem(own.place) !== this.left) this.takeNew();
+    const text = JSON.stringify({ ...workOf(useStudio.getState(), Date.now()), page: PAGE });
+    const isStored = keep("localStorage", own.place, text);
+    // Storage in memory takes it all the same.
+    this.left = localStorage.getItem(own.place);
+    // Files, library and links still work.
+    if (this.isStored && !isStored) notify(say("project.notStored"), "warning");
+    this.isStored = isStored;
+  }
+
+  /** Store every change shortly after it, and at once when the page is left; ask who leaves what can't be stored. */
+  start(): void {
+    this.keeper.start();
+    window.addEventListener("storage", ({ key }) => {
+      if (key !== own.place) return;
+      this.keeper.note();
+      void this.keeper.keepNow();
+    });
+    window.addEventListener("beforeunload", (event) => {
+      void this.keeper.keepNow();
+      if (!this.isStored) askUnlessSaved(event);
+    });
+  }
 }
 
-/** Store every change shortly after it, and at once when the page is left; ask who leaves what can't be stored. */
-export function storeEveryChange(): void {
-  let collecting: ReturnType<typeof setTimeout> | undefined;
-  let isStored = true;
-  const store = () => {
-    clearTimeout(collecting);
-    collecting = undefined;
-    if (localStorage.getItem(own.place) !== left) takeNewPlace();
-    const text = JSON.stringify({ ...workOf(useStudio.getState(), Date.now()), page: PAGE });
-    const before = isStored;
-    isStored = keep("localStorage", own.place, text);
-    // Storage in memory takes it all the same.
-    left = localStorage.getItem(own.place);
-    // Files, library and links still work.
-    if (before && !isStored) notify(say("project.notStored"), "warning");
-  };
-  useStudio.subscribe((now, before) => {
-    if (!sameProject(now, before) || now.unsaved !== before.unsaved || now.mission !== before.mission) collecting ??= setTimeout(store, COLLECT_MS);
-  });
-  window.addEventListener("pagehide", () => collecting && store());
-  window.addEventListener("storage", ({ key }) => key === own.place && store());
-  window.addEventListener("beforeunload", (event) => {
-    if (collecting) store();
-    if (!isStored) askUnlessSaved(event);
-  });
-}
+/** That of this page. */
+export const autosave = new Autosave();
 
 /** Let the browser ask whether to leave, where work would be lost. */
 export function askUnlessSaved(event: BeforeUnloadEvent): void {

@@ -4,14 +4,14 @@ import { connectTo, RefusedError } from "../api/service";
 import { startTexts } from "../i18n";
 import { type Choice, useQuestion } from "../state/questions";
 import { useStudio } from "../state/studio";
-import { BLANK, markSaved, replaceBy, watchUnsaved } from "./project";
+import { BLANK, library, markSaved, replaceBy } from "./project";
 
 const MINE = { blocks: { mine: true } };
 const ask = vi.fn<(name: string, message: unknown) => Promise<unknown>>();
 
 await startTexts(texts);
 connectTo({ ask: ask as never, openStream: vi.fn() });
-watchUnsaved();
+library.watch();
 
 beforeEach(() => {
   useStudio.setState({ name: "", leader: {}, kept: null });

@@ -11,6 +11,7 @@ import { forgetEdits } from "../state/history";
 import { useSettings } from "../state/settings";
 import { EMPTY_MAT, ownProject, type Studio, useStudio } from "../state/studio";
 import { collectEdits } from "../words/compiling";
+import type { Place } from "./keeper";
 
 export const BLANK: OpenedProject = { name: "", leader: {}, followers: null, profile: "classroom", mat: EMPTY_MAT, range_mm: null };
 
@@ -40,8 +41,6 @@ export const FIRST_SWARM: Pick<OpenedProject, "leader" | "followers"> = {
 
 const SAVED_PARTS = ["name", "leader", "followers", "python", "mat", "rangeMm"] as const;
 type SavedParts = Pick<Studio, (typeof SAVED_PARTS)[number]>;
-/** The project as a file or the library holds it; "nowhere" for one that came by a link or from autosave. */
-let saved: SavedParts | "nowhere" | null = null;
 
 export const sameProject = (a: SavedParts, b: SavedParts) => SAVED_PARTS.every((part) => a[part] === b[part]);
 
@@ -112,13 +111,10 @@ function fillBy(project: OpenedProject, { stored = false } = {}): void {
   });
 }
 
-/** Of the project that a mission has put aside; null after the page was loaded anew. */
-let savedOwn: SavedParts | "nowhere" | null = null;
-
 /** Open a mission's project; the user's own is kept as it stands, until `comeBack`. */
 export function putAside(project: OpenedProject): void {
   collectEdits();
-  if (!useStudio.getState().kept) savedOwn = saved;
+  if (!useStudio.getState().kept) library.putAside();
   useStudio.setState((studio) => ({ kept: studio.kept ?? ownProject(studio) }));
   fillBy(project);
 }
@@ -137,8 +133,7 @@ export function comeBack(): void {
   useStudio.setState({ kept: null, stored, base });
   setTimeout(() => {
     if (!unsaved) markSaved();
-    else markUnsaved();
-    saved = unsaved && savedOwn ? savedOwn : saved;
+    else library.takeBack();
   });
 }
 
@@ -155,24 +150,73 @@ async function saveOwn(): Promise<boolean> {
     for (let number = 2; taken.has(name); number++) name = `${plain} ${number}`;
     useStudio.setState({ name });
   }
-  return saveNamed();
+  return library.save();
 }
 
-/** Save the project to the library under its name; false where the user doesn't agree to the next version. */
-export async function saveNamed(): Promise<boolean> {
-  const name = useStudio.getState().name.trim();
-  const saved = await saveVersion(name, openProject());
-  if (!saved) return false;
-  const { version, stays } = saved;
-  markSaved();
-  useStudio.setState({ stored: true, base: { name, version } });
-  if (stays) notify(say("library.saved", { name, version }), "success");
-  else {
-    notify(say("library.savedForNow", { name, version }), "warning");
-    window.addEventListener("beforeunload", askToStay);
+/** What a file or the library holds of the open project. It is written when the user saves. */
+class Library implements Place {
+  /** The project as it is held; "nowhere" for one that came by a link or from autosave; null before the first project. */
+  private held: SavedParts | "nowhere" | null = null;
+  /** The same of the project that a mission has put aside; null after the page was loaded anew. */
+  private aside: SavedParts | "nowhere" | null = null;
+
+  concerns(now: Studio, before: Studio): boolean {
+    return this.held !== null && !sameProject(now, before);
   }
-  return true;
+
+  /** Save the next version, under the project's name. Throws RefusedError or UnreachableError; the project is unsaved then. */
+  async write(): Promise<void> {
+    await this.save();
+  }
+
+  /** The same; false where the user doesn't agree to the next version. */
+  async save(): Promise<boolean> {
+    const name = useStudio.getState().name.trim();
+    const project = openProject();
+    const sent = useStudio.getState();
+    const saved = await saveVersion(name, project);
+    if (!saved) return false;
+    const { version, stays } = saved;
+    // What has changed meanwhile is not in it.
+    this.hold(sent);
+    useStudio.setState({ stored: true, base: { name, version } });
+    if (stays) notify(say("library.saved", { name, version }), "success");
+    else {
+      notify(say("library.savedForNow", { name, version }), "warning");
+      window.addEventListener("beforeunload", askToStay);
+    }
+    return true;
+  }
+
+  hold(held: SavedParts | "nowhere"): void {
+    this.held = held;
+    this.compare();
+  }
+
+  private compare(): void {
+    const now = useStudio.getState();
+    const unsaved = this.held === "nowhere" || (this.held !== null && !equalProjects(now, this.held));
+    if (unsaved !== now.unsaved) useStudio.setState({ unsaved });
+  }
+
+  putAside(): void {
+    this.aside = this.held;
+  }
+
+  takeBack(): void {
+    useStudio.setState({ unsaved: true });
+    this.held = this.aside ?? "nowhere";
+  }
+
+  watch(): void {
+    useStudio.subscribe((now, before) => {
+      if (this.concerns(now, before)) this.compare();
+    });
+  }
 }
+
+/** That of this page. */
+export const library = new Library();
 
 /** Let the browser ask whether to leave the page, since saved projects go with it. */
 const askToStay = (event: BeforeUnloadEvent) => event.preventDefault();
@@ -193,22 +237,11 @@ async function saveVersion(name: string, project: Project): Promise<SavedVersion
   }
 }
 
-export function markSaved(): void {
+/** The open project is held as it is now, or as it was when it was `sent`. */
+export function markSaved(sent?: Studio): void {
   collectEdits();
-  saved = useStudio.getState();
-  useStudio.setState({ unsaved: false });
-}
-
-export function watchUnsaved(): void {
-  useStudio.subscribe((now, before) => {
-    if (saved === null || sameProject(now, before)) return;
-    const unsaved = saved === "nowhere" || !equalProjects(now, saved);
-    if (unsaved !== now.unsaved) useStudio.setState({ unsaved });
-  });
+  library.hold(sent ?? useStudio.getState());
 }
 
 /** The open project is in no file: it was restored, or came by a link. */
-export function markUnsaved(): void {
-  saved = "nowhere";
-  useStudio.setState({ unsaved: true });
-}
+export const markUnsaved = () => library.hold("nowhere");

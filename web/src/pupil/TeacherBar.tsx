@@ -23,8 +23,10 @@ export function TeacherBar() {
   if (!shown || !who) return null;
   const giveBack = () =>
     attemptInClass(async () => {
-      await askTeacher("hand-out", { to: [shown.pupil], name, project: openProject() });
-      markSaved();
+      const project = openProject();
+      const sent = useStudio.getState();
+      await askTeacher("hand-out", { to: [shown.pupil], name, project });
+      markSaved(sent);
       notify(t("pupil.given", { name, to: who }), "success");
     });
   return (

@@ -4,7 +4,6 @@
  */
 
 import { create } from "zustand";
-import { UnreachableError } from "../api/service";
 import type { OpenedProject } from "../api/types";
 import { askClass, askTeacher, ClassStream } from "../classroom/ask";
 import type { ClassAnswer, Goodbye, News, PupilView } from "../generated/classroom";
@@ -12,7 +11,8 @@ import { say } from "../i18n";
 import { choiceOf, playMission } from "../missions/store";
 import { usePair } from "../pair/store";
 import { attempt, openSaved } from "../projects/actions";
-import { askUnlessSaved, findWork, type StoredWork, takeNewPlace } from "../projects/autosave";
+import { askUnlessSaved, autosave, type StoredWork } from "../projects/autosave";
+import { Keeper, type Place } from "../projects/keeper";
 import { openProject, sameProject } from "../projects/project";
 import { notify } from "../state/dialogs";
 import { own } from "../state/otherTabs";
@@ -22,9 +22,11 @@ interface Pupil {
   view: PupilView | null;
   /** Why this page is no longer in the class. */
   goodbye: Goodbye["why"] | null;
+  /** The number of the last news that a notice has told of. */
+  told: number;
 }
 
-export const usePupil = create<Pupil>(() => ({ view: null, goodbye: null }));
+export const usePupil = create<Pupil>(() => ({ view: null, goodbye: null, told: 0 }));
 
 const DRAFT_AFTER_MS = 2000;
 const DRAFT_AGAIN_MS = 5000;
@@ -35,12 +37,12 @@ const DRAFT_AGAIN_MS = 5000;
  */
 export async function findPupilsWork(): Promise<StoredWork | null> {
   const { me } = await askClass("about").catch(() => ({ me: null }));
-  const stored = await findWork(me?.id);
+  const stored = await autosave.find(me?.id);
   const draft = await askClass("draft/read").catch(() => null);
   if (!draft?.project || (stored && stored.at >= Date.parse(draft.saved_at))) return stored;
   if (stored && draft.place !== own.place) {
     if (localStorage.getItem(draft.place) !== null) return stored;
-    takeNewPlace();
+    autosave.takeNew();
   }
   return { ...draft.project, name: draft.name, parkedFollowers: null, unsaved: true, at: Date.parse(draft.saved_at) };
 }
@@ -50,30 +52,21 @@ export function attemptInClass(task: () => Promise<unknown>): Promise<unknown> {
   return attempt(task, () => notify(say("pupil.noAnswer"), "error"));
 }
 
-function keepDraft(): void {
-  let timer: ReturnType<typeof setTimeout> | undefined;
-  const write = () => {
-    clearTimeout(timer);
-    timer = undefined;
+/** The draft that the class's server keeps; one that it refuses is written with the next edit. */
+export const draft: Place = {
+  concerns: (now, before) => !sameProject(now, before),
+  async write() {
     // Who is no longer in the class would be led away from the page that says why.
     if (usePupil.getState().goodbye) return;
-    void askClass("draft/write", { name: useStudio.getState().name, project: openProject(), place: own.place }).catch((problem: unknown) => {
-      // One that was refused is written with the next edit; one that did not arrive, again.
-      if (problem instanceof UnreachableError) timer ??= setTimeout(write, DRAFT_AGAIN_MS);
-    });
-  };
-  useStudio.subscribe((now, before) => {
-    if (!sameProject(now, before)) timer ??= setTimeout(write, DRAFT_AFTER_MS);
-  });
-  document.addEventListener("visibilitychange", () => document.hidden && timer && write());
-}
+    await askClass("draft/write", { name: useStudio.getState().name, project: openProject(), place: own.place });
+  },
+};
 
-/** The numbers of news that a notice has told of. */
-let told = 0;
-
+/** Tell of news by notices; `told` is the number of the last one that was told of. */
 function tellNews(news: readonly News[]): void {
+  const { told } = usePupil.getState();
   for (const { number, kind, name, sender } of news.filter((each) => each.number > told)) {
-    told = number;
+    usePupil.setState({ told: number });
     const text = kind === "mission" ? say("pupil.mission", { name }) : say("pupil.project", { name, sender: sender || say("pupil.teacher") });
     const open = kind === "mission" ? openHandedMission : () => attempt(() => openSaved(name));
     notify(text, "info", { label: say("pupil.open"), run: () => void open() });
@@ -106,7 +99,7 @@ function receive(answer: ClassAnswer): void {
 /** Follow the class from now on. To be called once. */
 export function startPupil(): void {
   new ClassStream<ClassAnswer>("/api/class/stream", { onAnswer: receive });
-  keepDraft();
+  new Keeper(draft, DRAFT_AFTER_MS, DRAFT_AGAIN_MS).start();
 }
 
 /** The pupil's id, and the name of the project; an empty one for the draft. */
