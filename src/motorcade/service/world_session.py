@@ -168,7 +168,9 @@ class WorldSession:
         if isinstance(message, world_messages.SetWorld):
             return self.begin(self.make_world(message))
         self._apply(message, self.world)
-        answers = [self.state(), *self._breakpoints.take(), *self._new_goals(), *self._new_thoughts()]
+        answers = [self.state(), *self._breakpoints.take(), *self._new_goals()]
+        # Who drags a car sends many messages; a step is seen as a whole.
+        answers += self._new_thoughts(at_all=isinstance(message, world_messages.StepWorld))
         if car := self.car():
             answers.append(car)
         return answers

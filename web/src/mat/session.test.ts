@@ -96,6 +96,20 @@ it("a world that runs on after a reload doesn't begin anew, however late its pro
   vi.useRealTimers();
 });
 
+it("a world that plays while its page is reloaded plays on, also with a newer program", () => {
+  vi.useFakeTimers();
+  const page = opened();
+  page.hello(2, true);
+  page.state(true);
+  useStudio.setState({ compiled: { image: "NEWR", words: [] } as never });
+  vi.advanceTimersByTime(1000);
+  expect(page.sent.map((message) => message.do)).toEqual(["set", "play"]);
+  page.end();
+  useStudio.setState({ compiled: null });
+  useMat.setState({ hello: null, state: null, play: "nothing" });
+  vi.useRealTimers();
+});
+
 it("a first world plays when it has its program, and stands until then", () => {
   vi.useFakeTimers();
   useStudio.setState({ isOpening: true });
@@ -111,7 +125,7 @@ it("a first world plays when it has its program, and stands until then", () => {
   expect(page.sent.slice(1).map((message) => message.do)).toEqual(["set", "play"]);
   page.end();
   useStudio.setState({ isOpening: false, compiled: null });
-  useMat.setState({ hello: null, state: null });
+  useMat.setState({ hello: null, state: null, play: "nothing" });
   vi.useRealTimers();
 });
 
@@ -144,7 +158,7 @@ it("an edit plays on, another project stands at its beginning", () => {
   expect(plays()).toEqual(["set", "play"]);
   page.end();
   useStudio.setState({ compiled: null });
-  useMat.setState({ hello: null, state: null });
+  useMat.setState({ hello: null, state: null, play: "nothing" });
   vi.useRealTimers();
 });
 

@@ -287,8 +287,8 @@ export class Session {
     if (this.awaited) this.onCommand?.(state);
     this.awaited = false;
     const { play: before } = useMat.getState();
-    // The state may be that of the world before: until its program is compiled, none counts.
-    if (useStudio.getState().compiled) this.take(eventOf(state));
+    // The state may be that of the world before: until its program is compiled, none counts, but of this page's own world.
+    if (useStudio.getState().compiled || this.sent?.isResumed) this.take(eventOf(state));
     if (before === "following" && useMat.getState().play !== before) this.catchUp(this.followed!, state);
   }
 
