@@ -1,12 +1,12 @@
 """Walk through the stages of all missions and examples, and say what is wrong: ``python -m scripts.stages``.
 
-Each is opened in both languages at five sizes of the window. Before anything drives, all cars are whole on the stage, none
-is shorter than 24 px where there are at most 200, each outline is closed, and nothing of the page is covered or cut off.
-A few are looked at in the other themes too, where text has the contrast that axe asks for. ``--pictures FOLDER`` keeps
-a picture of each, ``--only NAME`` opens one mission or example.
+Each is opened in both languages at five sizes of the window. Before anything drives, all cars are whole on the stage,
+none is shorter than 24 px where there are at most 200, each outline is closed, and nothing of the page is covered or
+cut off. A few are looked at in the other themes too, where text has the contrast that axe asks for.
+``--pictures FOLDER`` keeps a picture of each, ``--only NAME`` opens one mission or example.
 
-The page says nothing about its canvas. A script that runs before the page's own notes what the painter draws there: a car
-is a square picture around its own middle, and a line along the edge of what was filled is an outline.
+The page says nothing about its canvas. A script that runs before the page's own notes what the painter draws there: a
+car is a square picture around its own middle, and a line along the edge of what was filled is an outline.
 """
 
 import argparse
@@ -19,15 +19,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from playwright.sync_api import Browser, Page, StorageState, WebSocket, sync_playwright
+from scripts import chromium
+from scripts.studio_process import ROOT, build_page, running_studio
 
 from motorcade.locales import catalogue
 from motorcade.service.documents import examples
 from motorcade.service.missions import list_missions
-from scripts import chromium
-from scripts.studio_process import ROOT, build_page, running_studio
 
 sys.path.append(str(ROOT / "tests"))
-from support.layout import Windows, serious_barriers
+from support.layout import Windows, serious_barriers, wait_for_picture
 
 SIZES = ((390, 844), (768, 1024), (1024, 768), (1366, 768), (1920, 1080))
 LANGUAGES = ("en", "zh")
@@ -38,14 +38,21 @@ THEMED = ("forward-and-stop", "zebra-crossing", "a-hundred-cars", "town")
 LEAST_PX, FEW_CARS = 24, 200
 # A rounded position may lie so far outside.
 SLACK_PX = 1
-REST_MS, PATIENCE_MS = 120, 20_000
+# The camera stands when so many pictures in a row, so far apart, are the same.
+RESTS, REST_MS, PATIENCE_MS = 4, 120, 20_000
 
 NOTES = """() => {
   const own = CanvasRenderingContext2D.prototype
-  const wrap = (name, act) => { const plain = own[name]; own[name] = function (...all) { act(this, all); return plain.apply(this, all) } }
+  const wrap = (name, act) => {
+    const plain = own[name]
+    own[name] = function (...all) { act(this, all); return plain.apply(this, all) }
+  }
   window.stage = { cars: [], open: new Set() }
-  let drawn = [], path = [], filled = new Set()
+  let drawn = [], filled = new Set(), paths = new WeakMap()
   const isStage = ({ canvas }) => canvas.closest("#stage") !== null
+  const pathOf = g => paths.get(g) ?? paths.set(g, []).get(g)
+  // A path that is given is none of the canvas's own.
+  const ownPath = (g, [given]) => given instanceof Path2D ? [] : pathOf(g)
   const name = way => way.map(point => point.map(part => part.toFixed(3)).join()).sort().join(" ")
   wrap("drawImage", (g, all) => {
     if (!isStage(g)) return
@@ -53,18 +60,21 @@ NOTES = """() => {
     const [, x, y, side] = all
     if (x === -side / 2 && y === -side / 2) { const { e, f } = g.getTransform(); drawn.push([e, f, side]) }
   })
-  wrap("beginPath", () => { path = [] })
-  wrap("moveTo", (g, [x, y]) => path.push({ way: [[x, y]], closed: false }))
-  wrap("lineTo", (g, [x, y]) => path.at(-1)?.way.push([x, y]))
-  wrap("closePath", () => { if (path.length) path.at(-1).closed = true })
-  wrap("fill", () => path.forEach(({ way }) => filled.add(name(way))))
-  wrap("stroke", () => path.forEach(({ way, closed }) => {
+  wrap("beginPath", g => { paths.set(g, []) })
+  wrap("moveTo", (g, [x, y]) => pathOf(g).push({ way: [[x, y]], closed: false }))
+  wrap("lineTo", (g, [x, y]) => pathOf(g).at(-1)?.way.push([x, y]))
+  wrap("closePath", g => { if (pathOf(g).length) pathOf(g).at(-1).closed = true })
+  wrap("fill", (g, all) => ownPath(g, all).forEach(({ way }) => filled.add(name(way))))
+  wrap("stroke", (g, all) => ownPath(g, all).forEach(({ way, closed }) => {
     const ends = [way[0], way.at(-1)]
     const meets = Math.hypot(ends[0][0] - ends[1][0], ends[0][1] - ends[1][1]) < 1e-6
     if (way.length > 2 && !closed && !meets && filled.has(name(way))) window.stage.open.add(name(way))
   }))
 }"""
-CARS = "() => { const { width, height } = document.querySelector('#stage canvas'); return [window.stage.cars, width, height] }"
+CARS = """() => {
+  const { width, height } = document.querySelector("#stage canvas")
+  return [window.stage.cars, width, height]
+}"""
 TAKE_OPEN = "() => { const found = [...window.stage.open]; window.stage.open.clear(); return found }"
 
 
@@ -97,7 +107,7 @@ class Visit:
         self.page.on("websocket", self._listen)
         self._language, self._theme = language, theme
         self._texts = catalogue(language)["page"]
-        self._cars = 0
+        self._cars = self._worlds = 0
         self.page.goto(url)
         self.page.locator("#mat-play:enabled").wait_for()
 
@@ -107,9 +117,11 @@ class Visit:
     def _hear(self, message: str | bytes) -> None:
         if isinstance(message, str) and '"hello"' in message:
             self._cars = json.loads(message).get("cars", 0)
+            self._worlds += 1
 
     def open(self, stage: Stage) -> None:
-        """Open a mission or an example, in a large window."""
+        """Open a mission or an example, in a large window, and wait for its world."""
+        before = self._worlds
         self.page.set_viewport_size({"width": 1366, "height": 768})
         if stage.titles is None:
             self.page.get_by_role("button", name=self._texts["missions"]["title"], exact=True).first.click()
@@ -119,6 +131,10 @@ class Visit:
             self.page.get_by_role("menuitem", name=self._texts["menu"]["examples"], exact=True).click()
             self.page.get_by_role("dialog").get_by_role("button", name=stage.titles[self._language]).click()
         self.page.get_by_role("dialog").wait_for(state="detached")
+        for _ in range(PATIENCE_MS // REST_MS):
+            if self._worlds > before:
+                break
+            self.page.wait_for_timeout(REST_MS)
         self.page.locator("#mat-play:enabled").wait_for()
 
     def faults(self, stage: Stage, size: tuple[int, int]) -> Iterator[str]:
@@ -142,11 +158,13 @@ class Visit:
 
     def _at_rest(self) -> tuple[list[tuple[float, float, float]], float, float]:
         """The cars on the canvas, with its width and height, once the camera stands."""
-        before, seen = None, self.page.evaluate(CARS)
+        rests, seen = 0, self.page.evaluate(CARS)
         for _ in range(PATIENCE_MS // REST_MS):
             self.page.wait_for_timeout(REST_MS)
+            wait_for_picture(self.page)
             before, seen = seen, self.page.evaluate(CARS)
-            if seen == before and seen[0]:
+            rests = rests + 1 if seen == before and len(seen[0]) == self._cars else 0
+            if rests == RESTS:
                 break
         return seen[0], seen[1], seen[2]
 

@@ -240,5 +240,5 @@ export default defineConfig({
     host: "127.0.0.1",
     proxy: { "^/(api/|drive/|camera|assets/blockly/)": { target: STUDIO, ws: true, changeOrigin: true, headers: { origin: STUDIO } } },
   },
-  test: { environment: "jsdom", isolate: false, setupFiles: "src/test-setup.ts", include: ["src/**/*.test.{ts,tsx}"] },
+  test: { environment: "jsdom", isolate: false, testTimeout: 30_000, hookTimeout: 60_000, setupFiles: "src/test-setup.ts", include: ["src/**/*.test.{ts,tsx}"] },
 });
