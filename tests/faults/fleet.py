@@ -211,7 +211,9 @@ class Fleet:
             if contact is not None and not contact.status().away:
                 self._check_name(fleet, car, contact)
         for status in fleet.statuses():
-            self.world.keep("safe-text", len(status.name) <= _LONGEST_NAME, f"a car is called {status.name!r}")
+            # One that has told no name is called by its place.
+            is_short = len(status.name) <= _LONGEST_NAME or status.name == status.where
+            self.world.keep("safe-text", is_short, f"a car is called {status.name!r}")
             for text in status[:1] + status[4:8]:
                 check_text(self.world, status.where, text)
             if status.problem:

@@ -28,12 +28,15 @@ PROMISES = (
     ("driving:one-driver", "driving:leaves-standing", "driving:drives-again", "lesson:drives-again"),
     ("driving:armed", "driving:held-stick"),
     ("driving:horn-ends",),
-    ("fleet:image-whole", "fleet:verified", "fleet:says-what-it-holds"),
+    (
+        *("fleet:image-whole", "fleet:verified", "fleet:says-what-it-holds", "lesson:image-whole"),
+        "lesson:verified",
+    ),
     ("fleet:stop-gets-through", "fleet:stop-holds", "fleet:away-first"),
     ("fleet:nobody-waits", "fleet:goes-on"),
     (
         *("fleet:found", "fleet:work-bounded", "fleet:near-only", "fleet:safe-text", "fleet:only-ports"),
-        *("uploads:only-ports", "uploads:finds-ports"),
+        *("uploads:only-ports", "uploads:finds-ports", "lesson:found", "lesson:safe-text", "lesson:only-ports"),
     ),
     (
         *("class:answered-stays", "class:in-the-class", "class:class-goes-on", "lesson:answered-stays"),
