@@ -1,10 +1,12 @@
 """A driver's end for programs without asyncio, against a running car."""
 
 import threading
+from inspect import signature
 
 import pytest
 
 from motorcade.drive.blocking_client import BlockingDriveClient
+from motorcade.drive.client import DriveClient
 from motorcade.drive.connection import CarRefusesError
 from motorcade.errors import DriveError
 from support.driven_car import deaf_port
@@ -37,3 +39,9 @@ def test_a_blocking_client_that_finds_no_car_leaves_no_thread_behind():
         with finds_none, BlockingDriveClient("127.0.0.1", port, patience_s=0.2):
             pass
     assert set(threading.enumerate()) <= before
+
+
+@pytest.mark.parametrize("name", ["drive", "drive_for"])
+def test_what_a_program_leaves_out_is_the_same_with_and_without_asyncio(name):
+    blocking, plain = (signature(getattr(kind, name)).parameters for kind in (BlockingDriveClient, DriveClient))
+    assert {each: blocking[each].default for each in blocking} == {each: plain[each].default for each in plain}
