@@ -4,8 +4,10 @@ import asyncio
 import socket
 import sys
 from datetime import UTC, datetime, timedelta
+from types import SimpleNamespace
 from typing import ClassVar
 
+import psutil
 import pytest
 from cryptography import x509
 
@@ -17,6 +19,22 @@ LINUX = (("lo", "127.0.0.1"), ("docker0", "172.17.0.1"), ("br-12ab", "172.18.0.1
 WINDOWS = (("vEthernet (WSL)", "172.20.0.1"), ("Ethernet 2", "192.168.56.1"), ("Wi-Fi", "192.168.0.23"))
 MAC = (("lo0", "127.0.0.1"), ("utun3", "100.64.0.9"), ("bridge100", "192.168.64.1"), ("en0", "192.168.1.7"))
 MANY = (("eth0", "10.1.2.3"), ("eth0", "fe80::1%eth0"), ("eth1", "169.254.7.7"), ("wlan0", "192.168.1.5"))
+
+
+def test_interfaces_that_are_up_have_addresses_of_the_internet(monkeypatch):
+    addresses = {
+        "eth0": [
+            (socket.AF_INET, "10.0.0.5"),
+            (socket.AF_INET6, "fe80::1%eth0"),
+            (psutil.AF_LINK, "00:11:22:33:44:55"),
+        ],
+        "eth1": [(socket.AF_INET, "10.0.1.5")],
+    }
+    found = {name: [SimpleNamespace(family=kind, address=at) for kind, at in some] for name, some in addresses.items()}
+    stats = {"eth0": SimpleNamespace(isup=True), "eth1": SimpleNamespace(isup=False), "lo": SimpleNamespace(isup=True)}
+    monkeypatch.setattr(network.psutil, "net_if_addrs", lambda: found)
+    monkeypatch.setattr(network.psutil, "net_if_stats", lambda: stats)
+    assert network.interfaces() == [("eth0", "10.0.0.5"), ("eth0", "fe80::1%eth0")]
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import asyncio
 import threading
 from contextlib import AsyncExitStack, closing, suppress
 from dataclasses import replace
+from inspect import signature
 
 import pytest
 
@@ -349,3 +350,9 @@ def test_a_blocking_client_that_finds_no_car_leaves_no_thread_behind():
         with finds_none, BlockingDriveClient("127.0.0.1", port, patience_s=0.2):
             pass
     assert set(threading.enumerate()) <= before
+
+
+@pytest.mark.parametrize("name", ["drive", "drive_for"])
+def test_what_a_program_leaves_out_is_the_same_with_and_without_asyncio(name):
+    blocking, plain = (signature(getattr(kind, name)).parameters for kind in (BlockingDriveClient, DriveClient))
+    assert {each: blocking[each].default for each in blocking} == {each: plain[each].default for each in plain}

@@ -353,6 +353,24 @@ async def upload(run: "Lesson") -> None:
         run.world.keep("one-holder", "no-such-port" in told, f"{port} of a page: {told[:200]}")
 
 
+async def late_upload(run: "Lesson") -> None:
+    """Who has lost the cable while the upload waited for its turn uploads nothing through it."""
+    pupil = run.draw([each for each in run.pupils if run.holders[""] is each])
+    if pupil is None or run.frozen or run.loop is None:
+        return
+    run.loop.late_s = 1.0
+    page = (await pupil.browser.open("upload")).follow()
+    page.send({"port": SERIAL.port, "image": IMAGE, "profile": "classroom"})
+    await asyncio.sleep(0.2)
+    run.loop.late_s = 0.0
+    await run.expect("one-holder", run.teacher, "teacher/pass-on", DONE, name="", pupil=None)
+    run.holders[""] = None
+    await asyncio.sleep(1.5)
+    told = json.dumps(page.messages)
+    page.close()
+    run.world.keep("one-holder", "cable-of-another" in told, f"an upload without the cable: {told[:200]}")
+
+
 async def upload_by_own_port(run: "Lesson") -> None:
     """A pupil uploads through a port of the browser's: the page gets a program's bytes; a port that closes ends it."""
     pupil = run.draw(run.pupils)
@@ -447,6 +465,7 @@ ACTS = [
     (2.0, take),
     (0.6, upload),
     (0.3, upload_by_own_port),
+    (0.5, late_upload),
     (1.0, enter_mat),
     (0.5, open_mission),
 ]
