@@ -143,20 +143,25 @@ def _class(step: StepKind) -> str:
         f"class {_class_name(step)}({base}):",
         f'    """{step.about}"""',
         "",
-        *(f"    {each.name}: {_type(each)}" for each in step.inputs if each.bits),
+        *(f"    {each.name}: {_type(each)}{_default(each)}" for each in step.inputs if each.bits),
     ]
     return "\n".join([*lines, "", ""])
 
 
 def _type(each: Input) -> str:
-    return "str" if each.options else "int" if each.menu else "float"
+    return "str" if each.options else "int" if each.menu else "float | None"
+
+
+def _default(each: Input) -> str:
+    """A step that a condition ends may be without seconds."""
+    return "" if each.options or each.menu else " = None"
 
 
 def _function(step: StepKind, call: Call) -> str:
     inputs = {each.name: each for each in step.inputs}
     decided = dict(call.sets)
     parameters = "".join(
-        f"{name}: {_type(inputs[name])}{f' = {inputs[name].first}' if inputs[name].first else ''}, "
+        f"{name}: {_type(inputs[name])}{f' = {inputs[name].first}' if inputs[name].first else _default(inputs[name])}, "
         for name in call.order
     )
     given = ", ".join(repr(decided[name]) if name in decided else name for name in inputs)
