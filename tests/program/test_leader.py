@@ -149,7 +149,7 @@ def test_a_program_takes_few_words(words, program):
         ),
         Program([if_(obstacle(0) | person(), [left(7, until=~obstacle(0))], [forever(forward(1))]), wait(1)]),
         Program([do("part_1"), left(1), do("part_1")], functions={"part_1": [*DANCE, forward(2)]}),
-        Program([tell(None), wait(2), tell(led(3, 1)), forward(20, until=person())], [led(0, 1), wait(1)]),
+        Program([tell("in_turn"), wait(2), tell(led(3, 1)), forward(20, until=person())], [led(0, 1), wait(1)]),
         Program([together(forward(), led(1, 2), until=dark())]),
     ],
 )
@@ -244,7 +244,7 @@ def test_what_may_surprise_is_warned_of(program, code, path):
     [
         Program([forever(if_(person(), [wait(1)]))]),
         Program([tell(led(0, 1)), if_(person(), [wait(1)]), tell(led(1, 1)), wait(1)]),
-        Program([tell(led(0, 1)), wait(2), tell(None), wait(3)], [wait(1)]),
+        Program([tell(led(0, 1)), wait(2), tell("in_turn"), wait(3)], [wait(1)]),
         Program([repeat_until(person() & obstacle(), wait(0))]),
     ],
 )
@@ -253,7 +253,9 @@ def test_what_surprises_nobody_is_not_warned_of(program):
 
 
 def test_followers_are_told_words_behind_those_of_their_own_steps():
-    program = Program([tell(led(1, 2)), wait(2), tell(None), wait(2), tell(led(0, 1)), wait(1)], [led(0, 1), wait(1)])
+    program = Program(
+        [tell(led(1, 2)), wait(2), tell("in_turn"), wait(2), tell(led(0, 1)), wait(1)], [led(0, 1), wait(1)]
+    )
     image = parse_image(compile_program(program).words)
     assert (len(image.followers), image.tagged, image.decides) == (3, 1, 1)
     targets = [(word >> 20 & 255, word >> 1 & 255) for word in image.leader if word >> 31]

@@ -6,7 +6,14 @@ from typing import Any, ClassVar
 
 from motorcade.config.check import choice, whole
 from motorcade.program.conditions import COUNT, NAME, Condition
-from motorcade.program.steps import KINDS, SIMPLE_KINDS, RepeatStep, Step, TogetherStep, as_steps
+from motorcade.program.steps import (
+    KINDS,
+    SIMPLE_KINDS,
+    RepeatStep,
+    Step,
+    TogetherStep,
+    as_steps,
+)
 from motorcade.words.flow import CONDITIONS, OPS
 
 
@@ -93,6 +100,8 @@ class FlowStep(Step):
     value: int = _raw(255)
 
 
+# What a tell says in place of a step: the followers' own steps in turn.
+IN_TURN = "in_turn"
 FLOW_KINDS: tuple[type[Step], ...] = (IfStep, SetStep, ChangeStep, TellStep, DoStep, FlowStep)
 ALL_KINDS: dict[str, type[Step]] = KINDS | {kind.kind: kind for kind in FLOW_KINDS}
 
@@ -134,8 +143,12 @@ def change_counter(counter: str, by: int = 1, **more: Any) -> ChangeStep:
     return ChangeStep(counter, by, **more)
 
 
-def tell(step: Step | None = None, **more: Any) -> TellStep:
-    """Tell the followers one step at once; without one, to go on with their own steps in turn."""
+def tell(step: Step | str = IN_TURN, **more: Any) -> TellStep:
+    """Tell the followers one step at once; or, with 'in_turn', to go on with their own steps in turn."""
+    if step == IN_TURN:
+        return TellStep(None, **more)
+    if not isinstance(step, Step):
+        raise ValueError(f"tell: {step!r} is no step of a follower")
     return TellStep(step, **more)
 
 

@@ -4,7 +4,15 @@ from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from typing import NamedTuple
 
-from motorcade.program.conditions import COMPARISONS, AnyOf, Chance, Condition, Counted, Not, Sensing
+from motorcade.program.conditions import (
+    COMPARISONS,
+    AnyOf,
+    Chance,
+    Condition,
+    Counted,
+    Not,
+    Sensing,
+)
 from motorcade.program.flow_steps import FlowStep
 from motorcade.program.steps import Step, own_fields
 from motorcade.words.flow import (

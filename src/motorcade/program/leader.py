@@ -32,7 +32,13 @@ from motorcade.program.conditions import (
     Sensing,
     without_double_not,
 )
-from motorcade.program.diagnostics import DELETE, Diagnostic, Fix, error, warning
+from motorcade.program.diagnostics import (
+    DELETE,
+    Diagnostic,
+    Fix,
+    error,
+    warning,
+)
 from motorcade.program.expansion import Expander, Item, cut_for_leader
 from motorcade.program.flow_steps import ChangeStep, DoStep, FlowStep, IfStep, SetStep, TellStep
 from motorcade.program.fragments import (

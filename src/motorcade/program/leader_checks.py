@@ -5,8 +5,18 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from motorcade.config.profile import Profile
 from motorcade.errors import Phrase
 from motorcade.program.conditions import counters_in
-from motorcade.program.diagnostics import Diagnostic, Fix, error, warning
-from motorcade.program.flow_steps import ChangeStep, FlowStep, SetStep, conditions_of
+from motorcade.program.diagnostics import (
+    Diagnostic,
+    Fix,
+    error,
+    warning,
+)
+from motorcade.program.flow_steps import (
+    ChangeStep,
+    FlowStep,
+    SetStep,
+    conditions_of,
+)
 from motorcade.program.fragments import CONDITION_NUMBERS, Instruction, raw_word
 from motorcade.program.parts import durations_in
 from motorcade.program.steps import Step
