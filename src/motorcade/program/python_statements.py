@@ -266,14 +266,17 @@ class StatementReader(CallReader):
             return
         self.is_plain[self._function] = False
         known = dict(self._reckoner.names)
-        self._reckoner.names = known | self._bound(call, definition)
+        values = self._bound(call, definition)
+        if values is None:
+            return
+        self._reckoner.names = known | values
         self._open.append(name)
         self._statements(definition.body, path, steps, Node("", 0, 0), depth + 1)
         self._open.pop()
         self._reckoner.names = known
 
-    def _bound(self, call: ast.Call, definition: ast.FunctionDef) -> dict[str, Any]:
-        """Return the values of a function's parameters in a call."""
+    def _bound(self, call: ast.Call, definition: ast.FunctionDef) -> dict[str, Any] | None:
+        """Return the values of a function's parameters in a call; None, with an error, where they are others."""
         names = [argument.arg for argument in definition.args.args]
         defaults = definition.args.defaults
         values = dict(zip(names[len(names) - len(defaults) :], defaults, strict=True))
@@ -282,6 +285,7 @@ class StatementReader(CallReader):
         known = {keyword.arg for keyword in call.keywords} <= set(names)
         if len(call.args) > len(names) or not known or set(values) != set(names):
             self._refuse("python-arguments", call, name=definition.name, names=", ".join(names))
+            return None
         return {name: self._value(value) for name, value in values.items()}
 
     def _if(self, statement: ast.If, path: str, steps: list[Any], around: Node, depth: int) -> None:
