@@ -9,8 +9,9 @@ from itertools import groupby
 from typing import Any
 
 from motorcade.program.diagnostics import BEHIND, DELETE, Diagnostic, Fix, ProgramError, error
-from motorcade.program.model import FORMAT, Followers, Program, program_from_dict
-from motorcade.program.steps import KINDS, RepeatStep, Step, TogetherStep, own_fields
+from motorcade.program.model import Followers, Program, program_from_dict
+from motorcade.program.schema import FORMAT
+from motorcade.program.steps import KINDS, RepeatStep, Step, TogetherStep, is_deciding, own_fields
 
 Workspace = dict[str, Any]
 Block = dict[str, Any]
@@ -70,8 +71,11 @@ def program_of(leader: Any, followers: Any = None, profile: str = "classroom") -
 def blocks_of(program: Program) -> tuple[Workspace, Workspace | None]:
     """Return the workspaces of the leader and of the followers, laid out anew.
 
-    Raises ProgramError where the program has too many steps in a row, or they are nested too deep.
+    Raises ProgramError where the program has too many steps in a row, they are nested too deep, or the leader decides:
+    there are no blocks for that.
     """
+    if program.functions:
+        raise ProgramError([error("no-block", f"functions.{next(iter(program.functions))}")])
     leader = _workspace(LEADER_HAT, {}, _blocks(program.leader, "leader", 0))
     if program.followers is None:
         return leader, None
@@ -310,6 +314,8 @@ def _blocks(steps: Sequence[Step], path: str, depth: int) -> Block | None:
 def _block(step: Step, path: str, depth: int) -> Block:
     if depth > MOST_DEEP:
         raise ProgramError([error("blocks-too-deep", path, step.id, most=MOST_DEEP)])
+    if is_deciding(step):
+        raise ProgramError([error("no-block", path, step.id)])
     block: Block = {"type": f"{PREFIX}{step.kind}"}
     if step.id is not None:
         block["id"] = step.id
