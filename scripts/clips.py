@@ -8,7 +8,8 @@ from motorcade.config.profile import Profile, built_in_profile
 from motorcade.engine.world import World
 from motorcade.mats.document import mat_of
 from motorcade.program.compiler import compile_program
-from motorcade.program.model import FORMAT, program_from_dict
+from motorcade.program.model import program_from_dict
+from motorcade.program.schema import FORMAT
 from motorcade.service.documents import EXAMPLES, example
 from motorcade.service.messages import Blocks
 from motorcade.service.programs import compile_blocks

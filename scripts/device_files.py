@@ -9,7 +9,8 @@ from textwrap import indent
 
 from motorcade.devices import DEVICES
 from motorcade.devices.declaration import Call, Input, Method, Part, Sense, StepKind
-from motorcade.words.formats import CONTROL, DRIVE, FRAME, HEADER
+from motorcade.words.field import WordFormat
+from motorcade.words.formats import CONTROL, DRIVE, FLOW, FRAME, HEADER, STATE
 
 ROOT = Path(__file__).resolve().parent.parent
 _ARDUINO = "firmware/arduino/src/"
@@ -40,8 +41,9 @@ def device_files() -> dict[str, Callable[[], str]]:
 
 def _positions() -> str:
     """Return the module of numbers that a car needs of the formats."""
-    fields = [field for field in CONTROL.fields if field.name not in ("reserved", "parity")]
-    lowest_bits = "\n".join(f"{field.name.upper()}_AT = {field.low}" for field in fields)
+    control = _lowest_bits(CONTROL, "reserved", "parity")
+    state = _lowest_bits(STATE, "flow", "reserved", *(field.name for field in CONTROL.fields))
+    flow = _lowest_bits(FLOW, "flow", "reserved", "unused")
     unused = CONTROL.reserved_mask | CONTROL.field("parity").word_mask
     return formatted(f'''"""Where the fields of words are, as numbers: a car needs no more of the formats.
 
@@ -49,7 +51,10 @@ Portable. Written by scripts/generate.py from `motorcade.words.formats`; don't e
 """
 
 # The lowest bit of each field of a control word.
-{lowest_bits}
+{control}
+# The same of what ends a state of a leader that decides, and of a flow word.
+{state}
+{flow}
 # The bits of a control word that are 0 in an image.
 UNUSED_BITS = 0x{unused:08X}
 # The bits of a frame's check.
@@ -60,6 +65,12 @@ MOST_RESERVED = {HEADER.field("reserved").defined}
 DRIVE_SPEED_AT = {DRIVE.field("speed").low}
 DRIVE_NEUTRAL = 0x{DRIVE.encode(angle=90, direction=1, speed=0):08X}
 ''')
+
+
+def _lowest_bits(word_format: WordFormat, *others: str) -> str:
+    """Return a line with the lowest bit of each field, except the ``others``."""
+    fields = [field for field in word_format.fields if field.name not in others]
+    return "\n".join(f"{field.name.upper()}_AT = {field.low}" for field in fields)
 
 
 def _senses() -> str:
@@ -132,20 +143,25 @@ def _class(step: StepKind) -> str:
         f"class {_class_name(step)}({base}):",
         f'    """{step.about}"""',
         "",
-        *(f"    {each.name}: {_type(each)}" for each in step.inputs if each.bits),
+        *(f"    {each.name}: {_type(each)}{_default(each)}" for each in step.inputs if each.bits),
     ]
     return "\n".join([*lines, "", ""])
 
 
 def _type(each: Input) -> str:
-    return "str" if each.options else "int" if each.menu else "float"
+    return "str" if each.options else "int" if each.menu else "float | None"
+
+
+def _default(each: Input) -> str:
+    """A step that a condition ends may be without seconds."""
+    return "" if each.options or each.menu else " = None"
 
 
 def _function(step: StepKind, call: Call) -> str:
     inputs = {each.name: each for each in step.inputs}
     decided = dict(call.sets)
     parameters = "".join(
-        f"{name}: {_type(inputs[name])}{f' = {inputs[name].first}' if inputs[name].first else ''}, "
+        f"{name}: {_type(inputs[name])}{f' = {inputs[name].first}' if inputs[name].first else _default(inputs[name])}, "
         for name in call.order
     )
     given = ", ".join(repr(decided[name]) if name in decided else name for name in inputs)

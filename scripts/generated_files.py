@@ -22,7 +22,7 @@ from scripts.world_types import world_types
 from motorcade.config.check import published
 from motorcade.mats.schema import mat_schema
 from motorcade.missions.schema import mission_schema
-from motorcade.program.model import program_schema
+from motorcade.program.schema import program_schema
 
 ROOT = Path(__file__).resolve().parent.parent
 

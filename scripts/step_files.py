@@ -12,6 +12,7 @@ from motorcade.locales import catalogue
 from motorcade.program import steps
 from motorcade.program.blocks import SETTINGS_IN_START
 from motorcade.program.parts import word_fields
+from motorcade.program.python_reader import STEP_NAMES
 from motorcade.program.steps import COMMON, KINDS, RepeatStep, Step, TogetherStep, first_value, own_fields
 from motorcade.words.field import WordFormat
 from motorcade.words.formats import CONTROL, HEADER
@@ -105,7 +106,7 @@ def _call(name: str, kind: type[Step]) -> dict[str, Any]:
             menu = {"menu": own[each.name]["menu"]} if "menu" in own[each.name] else {}
             least_most = {"least": schema["minimum"], "most": schema["maximum"]}
             parameters.append({"name": each.name, **least_most, **menu})
-            if each.default is each.empty:
+            if each.default is each.empty or (each.default is None and not kind.accompanies):
                 example.append(str(first_value(kind, each.name)))
             elif menu:
                 example.append(f"{each.name}={schema['maximum']}")
@@ -179,7 +180,8 @@ def _arguments(name: str) -> str:
         if each.kind is each.VAR_POSITIONAL:
             shown.append("step, step, …")
         elif each.kind is each.POSITIONAL_OR_KEYWORD:
-            shown.append(each.name if each.default is each.empty else f"{each.name}={each.default}")
+            needed = each.default is each.empty or (each.default is None and not STEP_NAMES[name].accompanies)
+            shown.append(each.name if needed else f"{each.name}={each.default}")
     return ", ".join(shown)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from motorcade.car import brain, frames, step
 from motorcade.car.senses import Senses
-from motorcade.words import blocks, infrared, positions, receiver, request, ticks
+from motorcade.words import blocks, flow, infrared, positions, receiver, request, ticks
 
 from .c_expressions import declared_function
 from .c_functions import Program, comment, documented
@@ -16,7 +16,7 @@ from .c_source import CAR, PREFIX, WORDS, Source, number
 from .templates import filled_template
 
 # Which modules are in C, in the order of the files.
-_MODULES = (ticks, infrared, blocks, positions, request, receiver, brain, frames, step)
+_MODULES = (ticks, infrared, blocks, positions, request, flow, receiver, brain, frames, step)
 # All functions of these, and whatever they need of the others.
 _WHOLE = ("receiver", "brain", "frames", "step")
 # Python has these functions by itself; in C they are a part of the template.

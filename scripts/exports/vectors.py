@@ -209,6 +209,10 @@ _IMAGES = (
     Image((0x64800000,), (0x80280000, 0xC0280000), 1, 0),
     Image((), (0xBFFFF000,), 7, 0),
     Image((0x64800000,), (0xC0280000, 0xE3000000), 7, 1),
+    # Forward until an obstacle is nearer than radius 1, then left; back to the first word.
+    Image((0x64800090, 0x6A800000, 0x80000000), (), -1, 0, 1),
+    # Tell a word; stand until no person is sensed; three times: counter 3 from 3 down; tell all words in turn.
+    Image((0xC0000000, 0x60800140, 0xB0001806, 0xB0005802, 0x8035B800, 0xCFF00000), (0x80280000, 0x80480000), 2, 1, 1),
 )
 # Words and their tags.
 _FRAMES = (
@@ -227,6 +231,7 @@ def _image(image: Image) -> dict[str, Any]:
         "followers": [f"0x{word:08X}" for word in image.followers],
         "dwell_level": image.dwell_level,
         "tagged": bool(image.tagged),
+        "decides": bool(image.decides),
         "answer": ok_line(data).decode().strip(),
     }
 

@@ -132,10 +132,10 @@ class CameraError(MotorcadeError):
 
 
 def brief(code: str, details: "dict[str, Any]") -> str:
-    """``code`` and, sorted by name, those ``details`` that have no sentence of their own; ``word`` in hexadecimal."""
+    """``code`` and, sorted by name, those ``details`` that have no sentence of their own; words in hexadecimal."""
     parts = [code]
     for name in sorted(details):
         value = details[name]
         if not hasattr(value, "sentence"):
-            parts.append(("{}=0x{:08X}" if name == "word" else "{}={}").format(name, value))
+            parts.append(("{}=0x{:08X}" if name in ("header", "word") else "{}={}").format(name, value))
     return " ".join(parts)

@@ -206,7 +206,7 @@ def test_a_command_that_prints_no_json_refuses_to(arguments):
 @pytest.mark.parametrize(
     ("typed", "names", "allowed"),
     [
-        ("decode motor 1", "'motor'", "header, control, drive, lights, frame"),
+        ("decode motor 1", "'motor'", "header, control, state, flow, drive, lights, frame"),
         ("encode frame tag=32", "tag is 32", "0 to 31"),
         ("encode frame tag=5 check=28", "check is computed", "leave it out"),
         ("decode control 4294967296", "4294967296", "0 to 4294967295"),

@@ -11,7 +11,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.locales import languages
 from motorcade.mats.schema import mat_schema
 from motorcade.missions.schema import mission_schema
-from motorcade.program.model import program_schema
+from motorcade.program.schema import program_schema
 
 STEP = {
     "type": "object",
@@ -129,7 +129,8 @@ KEYWORDS = {
     *("$schema", "$defs", "$ref", "title", "description", "default", "type", "enum", "x-allowed", "x-unit"),
     *("minimum", "maximum", "exclusiveMinimum", "minLength", "maxLength", "pattern", "format"),
     *("items", "prefixItems", "minItems", "maxItems", "uniqueItems"),
-    *("properties", "required", "additionalProperties", "oneOf", "dependentRequired"),
+    *("properties", "propertyNames", "required", "additionalProperties", "oneOf", "not", "dependentRequired"),
+    *("if", "then", "else"),
 }
 
 

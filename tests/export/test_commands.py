@@ -5,7 +5,7 @@ import json
 import pytest
 
 from motorcade.cli.words import TARGETS, exported
-from motorcade.words.formats import FORMATS, fingerprint
+from motorcade.words.formats import DRIVE, FORMATS, fingerprint
 from support.command_line import Terminal, data, refusal, run
 
 
@@ -48,7 +48,7 @@ def test_formats_prints_fields_and_fingerprints():
     assert [(each["name"], each["fingerprint"]) for each in printed] == [
         (word_format.name, f"0x{fingerprint(word_format):08X}") for word_format in FORMATS
     ]
-    angle = next(field for field in printed[2]["fields"] if field["name"] == "angle")
+    angle = next(field for field in printed[FORMATS.index(DRIVE)]["fields"] if field["name"] == "angle")
     assert {key: angle[key] for key in ("high", "low", "minimum", "maximum", "default", "unit")} == {
         "high": 27,
         "low": 20,

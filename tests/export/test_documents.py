@@ -120,10 +120,11 @@ def test_the_vectors_meet_every_field_at_its_limits_and_every_bit(word_format):
 def test_the_vectors_hold_images_and_frames():
     document = json.loads(vectors())
     for each in document["images"]:
-        leader, followers, dwell_level, tagged = parse_image_bytes(bytes.fromhex(each["bytes"]))
+        leader, followers, dwell_level, tagged, decides = parse_image_bytes(bytes.fromhex(each["bytes"]))
         assert [f"0x{word:08X}" for word in leader] == each["leader"]
         assert [f"0x{word:08X}" for word in followers] == each["followers"]
         assert (dwell_level, bool(tagged)) == (each["dwell_level"], each["tagged"])
+        assert bool(decides) == each["decides"]
     assert "02000000658000006a800000" in {each["bytes"] for each in document["images"]}
     by_word = {each["word"]: each for each in document["infrared"] if not each["tag"]}
     # All zeros is the shortest frame, all ones the longest (protocol: 49.84 and 85.68 ms).

@@ -32,7 +32,7 @@ def unrolled(steps: Sequence[Step], path: str) -> Iterator[tuple[str, Step]]:
     for position, step in enumerate(steps):
         place = f"{path}[{position}]"
         if isinstance(step, RepeatStep):
-            for _ in range(step.times):
+            for _ in range(step.times or 1):
                 yield from unrolled(step.steps, f"{place}.repeat.steps")
         else:
             yield place, step

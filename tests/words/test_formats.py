@@ -1,11 +1,11 @@
-"""Encoding and decoding of the four formats and of others, and what they refuse."""
+"""Encoding and decoding of the formats and of others, and what they refuse."""
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from motorcade.words.field import Field, WordError, WordFormat
-from motorcade.words.formats import CONTROL, DRIVE, FORMATS, FRAME, HEADER, LIGHTS, format_named
+from motorcade.words.formats import CONTROL, DRIVE, FLOW, FORMATS, FRAME, HEADER, LIGHTS, STATE, format_named
 from motorcade.words.infrared import check_is_good, tag_of, tagged_frame, to_frame
 
 ANY_WORD = st.integers(0, 0xFFFFFFFF)
@@ -30,6 +30,10 @@ def good_values(word_format):
         strategies |= {"code": st.just(1), "angle": st.integers(0, 180)}
     if word_format is LIGHTS:
         strategies |= {"code": st.just(2)}
+    if word_format is STATE:
+        strategies |= {"flow": st.just(0), "until": st.integers(0, 4)}
+    if word_format is FLOW:
+        strategies |= {"flow": st.just(1), "op": st.integers(0, 4), "condition": st.integers(0, 6)}
     return st.fixed_dictionaries(strategies)
 
 
@@ -78,7 +82,9 @@ def test_reserved_bits_survive_unless_strict(word_format, data):
     assert word_format.decode(good, strict=True) == word_format.decode(good)
 
 
-@pytest.mark.parametrize(("word_format", "word"), [(HEADER, 0), (CONTROL, 0), (DRIVE, 0x15A00000), (FRAME, 0)])
+@pytest.mark.parametrize(
+    ("word_format", "word"), [(HEADER, 0), (CONTROL, 0), (STATE, 0), (FLOW, 1 << 31), (DRIVE, 0x15A00000)]
+)
 def test_a_field_that_is_left_out_has_its_default(word_format, word):
     assert word_format.encode() == word
 
@@ -104,6 +110,8 @@ REFUSED = [
     (HEADER, 0x0001FF00, {"follower_words": 1, "dwell": 255}, "dwell", HOT),
     (HEADER, 0x01010000, {"leader_states": 1, "follower_words": 1, "dwell": 0}, "dwell", "exactly one bit"),
     (HEADER, 0x01000200, {"leader_states": 1, "dwell": 2}, "dwell", "0, as there are no follower words"),
+    (STATE, 0x00000280, {"until": 5}, "until", "0 (none), or 1 (obstacle), or 2 (person), or 3 (voice), or 4 (floor)"),
+    (FLOW, 0xD0000000, {"op": 5}, "op", "0 (jump), or 1 (call), or 2 (return), or 3 (count), or 4 (tell)"),
     (DRIVE, 0x1B500000, {"angle": 181}, "angle", "0 to 180"),
     (DRIVE, 0x25A00000, {"code": 2}, "code", "1 (speed and direction)"),
     (DRIVE, 0x00000000, {"code": 0, "angle": 0}, "code", "1 (speed and direction)"),
@@ -130,14 +138,16 @@ def test_a_name_that_is_no_field_is_refused():
 
 
 def test_a_format_is_found_by_its_name():
-    assert [format_named(name) for name in ("header", "control", "drive", "lights", "frame")] == [
+    assert [format_named(name) for name in ("header", "control", "state", "flow", "drive", "lights", "frame")] == [
         HEADER,
         CONTROL,
+        STATE,
+        FLOW,
         DRIVE,
         LIGHTS,
         FRAME,
     ]
-    assert refusal(format_named, "gait") == ("format", "gait", "header, control, drive, lights, frame")
+    assert refusal(format_named, "gait") == ("format", "gait", "header, control, state, flow, drive, lights, frame")
 
 
 @pytest.mark.parametrize(

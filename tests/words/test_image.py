@@ -5,9 +5,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motorcade.words.field import WordError
-from motorcade.words.formats import CONTROL
+from motorcade.words.flow import CALL, CHANCE, COUNT, COUNTER, IN_TURN, JUMP, PERSON, RETURN, TELL, VOICE
+from motorcade.words.formats import CONTROL, FLOW, STATE
 from motorcade.words.image import Image, image_words, parse_image, parse_image_bytes, refused_image
 from motorcade.words.packing import ImageError, bytes_to_words, words_to_bytes
+from motorcade.words.upload import CarEnd
 
 MOST = 255
 LEVELS = st.integers(0, 7)
@@ -102,7 +104,9 @@ def test_an_image_that_is_too_long_is_refused(image, more):
         ("01 00 01 00  40 00 00 00", "dwell is 1; allowed: 0, as there are no follower words"),
         ("00 00 80 00", "dwell is 128; allowed: 0, as there are no follower words"),
         ("01 00 00 01  40 00 00 00", "reserved is 1; allowed: 0, as there are no follower words"),
-        ("00 01 01 02  80 00 00 00", "reserved is 2; allowed: 0 to 1"),
+        ("00 01 01 04  80 00 00 00", "reserved is 4; allowed: 0 to 3"),
+        ("00 01 01 02  80 00 00 00", "reserved is 2; allowed: 0, as there are no leader words"),
+        ("01 00 00 03  40 00 00 00", "reserved is 3; allowed: 0, as there are no follower words"),
         ("00 00 00 ff", "reserved is 255"),
     ],
 )
@@ -181,3 +185,88 @@ def test_an_image_that_a_car_has_no_room_for_is_named_with_both_sizes():
 )
 def test_another_reason_names_no_image_error(reason):
     assert refused_image(reason) is None
+
+
+# Leaders that decide: the protocol's section "A leader that decides".
+
+
+def state(**fields):
+    return STATE.encode(forward=1, motor_enable=1, motor_speed=2, motor_duration=1, **fields)
+
+
+GOOD_WORDS = [
+    state(),
+    *(state(until=until, until_not=1, until_level=level) for until, level in [(1, 3), (2, 0), (3, 1), (4, 3)]),
+    FLOW.encode(op=JUMP, target=2),
+    FLOW.encode(op=CALL, target=0, condition=COUNTER, if_not=1, level=2, counter=3, value=255),
+    FLOW.encode(op=JUMP, target=1, condition=CHANCE, value=128),
+    FLOW.encode(op=RETURN),
+    FLOW.encode(op=COUNT, level=3, counter=3, value=255),
+    FLOW.encode(op=TELL, target=1),
+    FLOW.encode(op=TELL, target=IN_TURN),
+    FLOW.encode(op=TELL, target=IN_TURN, value=2),
+]
+BAD_WORDS = [
+    # word, the reason, in English and Chinese
+    (0xD0000000, "op is 5; allowed: 0 (jump), or 1 (call)", "op 的值 5 无效"),
+    (0xF0000000, "op is 7; allowed", "op 的值 7 无效"),
+    (FLOW.encode(target=3), "target is 3; allowed: 0 to 2", "target 的值 3 无效；允许：0 至 2"),
+    (FLOW.encode(op=CALL, target=254), "target is 254; allowed: 0 to 2", "target 的值 254 无效"),
+    (FLOW.encode(op=TELL, target=2), "target is 2; allowed: 0 to 1, or 255 for in turn", "或 255（轮流）"),
+    (FLOW.encode(op=TELL, target=IN_TURN, value=3), "value is 3; allowed: 0 to 2", "value 的值 3 无效"),
+    (0x80070000, "condition is 7; allowed: 0 (always), or", "condition 的值 7 无效"),
+    (FLOW.encode(condition=PERSON, level=1), "level is 1; allowed: 0 to 0", "level 的值 1 无效"),
+    (FLOW.encode(condition=COUNTER, level=3), "level is 3; allowed: 0 to 2", "level 的值 3 无效"),
+    (FLOW.encode(reserved=1), "reserved is 1; allowed: 0 (reserved)", "0（保留）"),
+    (FLOW.encode(unused=1), "unused is 1; allowed: 0 (reserved)", "0（保留）"),
+    (state(reserved=1), "reserved is 1; allowed: 0 (reserved)", "0（保留）"),
+    (state() | COUNTER << 7, "until is 5; allowed: 0 (none), or", "until 的值 5 无效"),
+    (state(until=VOICE, until_level=2), "until_level is 2; allowed: 0 to 1", "until_level 的值 2 无效"),
+]
+
+
+def deciding(word, reserved=3):
+    """The bytes of an image whose second leader word is ``word``; it has three of them and two for followers."""
+    return words_to_bytes((0x03020100 | reserved, state(), word, state(), 0x80280000, 0x80480000))
+
+
+@pytest.mark.parametrize("word", GOOD_WORDS, ids=hex)
+def test_an_image_of_a_leader_that_decides_is_the_same_after_packing_and_parsing(word):
+    image = parse_image_bytes(deciding(word))
+    assert image == Image((state(), word, state()), (0x80280000, 0x80480000), 0, 1, 1)
+    assert image_bytes(image) == deciding(word)
+
+
+@pytest.mark.parametrize(("word", "english", "chinese"), BAD_WORDS, ids=[hex(word) for word, _, _ in BAD_WORDS])
+def test_a_leader_word_without_a_meaning_is_refused_with_its_place_and_a_sentence(word, english, chinese):
+    problem = parsed(deciding(word))
+    assert problem.code == "image-word"
+    assert f"word 2 (0x{word:08X}) is not valid: {english}" in str(problem)
+    assert chinese in problem.sentence("zh")
+    assert str(refused_image(problem.brief())) == str(problem)
+
+
+def test_a_tell_needs_tags():
+    problem = parsed(deciding(FLOW.encode(op=TELL), reserved=2))
+    assert "op is 4; allowed: 4 only where the follower words travel with a tag (reserved 3)" in str(problem)
+    assert str(refused_image(problem.brief())) == str(problem)
+    assert parsed(deciding(FLOW.encode(op=JUMP), reserved=2)).tagged == 0
+
+
+@pytest.mark.parametrize("word", [word for word in GOOD_WORDS if CONTROL.decode(word).reserved])
+def test_without_its_bit_in_the_header_no_leader_decides(word):
+    for reserved in (0, 1):
+        assert parsed(deciding(word, reserved)).code == "image-word"
+
+
+@given(word=st.integers(0, 0xFFFFFFFF), reserved=st.integers(2, 3))
+def test_the_receiver_of_a_car_and_the_check_of_an_image_refuse_the_same(word, reserved):
+    data = deciding(word, reserved)
+    car = CarEnd()
+    car.receive_data(data, 0)
+    answer = car.next_event().answer.decode()
+    result = parsed(data)
+    if isinstance(result, ImageError):
+        assert answer == f"ERR {result.brief()}\n"
+    else:
+        assert answer.startswith("OK words=6 ")

@@ -99,12 +99,14 @@ def test_silence_is_noticed_when_the_next_byte_comes():
         (BAD_HEADER, b"image-header word=0x0001"),
         (BAD_WORD, b"image-word position=1 word=0x40000001"),
         (bytes.fromhex("01000000 40000200"), b"image-word position=1 word=0x40000200"),
-        # No dwell where words for followers are; a dwell, or tags, where none are; more than tags.
+        # No dwell where words for followers are; a dwell, or tags, where none are; no leader that could decide.
         (bytes.fromhex("00010000"), b"image-header word=0x00010000"),
         (bytes.fromhex("01000100"), b"image-header word=0x01000100"),
         (bytes.fromhex("01000001"), b"image-header word=0x01000001"),
         (bytes.fromhex("01000101"), b"image-header word=0x01000101"),
-        (bytes.fromhex("01010102"), b"image-header word=0x01010102"),
+        (bytes.fromhex("00010102"), b"image-header word=0x00010102"),
+        (bytes.fromhex("00000002"), b"image-header word=0x00000002"),
+        (bytes.fromhex("01010104"), b"image-header word=0x01010104"),
     ],
 )
 def test_after_bytes_that_are_no_image_only_silence_begins_the_next(bad, reason):

@@ -213,7 +213,12 @@ void Car::put_refusal(uint8_t event) {
     put_number(count);
   } else {
     if (event == MOTORCADE_RECEIVER_BAD_WORD) {
-      put_text(PSTR("image-word position="));
+      put_text(PSTR("image-word"));
+      if (receiver_[MOTORCADE_RECEIVER_HEADER]) {
+        put_text(PSTR(" header=0x"));
+        put_hex(receiver_[MOTORCADE_RECEIVER_HEADER], 8, 'A');
+      }
+      put_text(PSTR(" position="));
       put_number(count);
     } else {
       put_text(PSTR("image-header"));

@@ -151,6 +151,61 @@ uint32_t motorcade_infrared_word_of(uint32_t frame)
     return frame & MOTORCADE_INFRARED_ACTION_BITS;
 }
 
+/* flow */
+
+/* The highest level of each condition, two bits each, those of ALWAYS the lowest: 0, 3, 0, 1, 3, 2, 0. */
+#define MOTORCADE_FLOW_HIGHEST_LEVELS 2892
+
+/* Return the highest level of a condition, 0 to CHANCE. */
+uint8_t motorcade_flow_highest_level(uint8_t condition)
+{
+    return (uint8_t)(((uint32_t)MOTORCADE_FLOW_HIGHEST_LEVELS >> ((uint32_t)condition * 2)) & 3);
+}
+
+/* Return what is wrong with a tell; 0 where nothing is. */
+static uint8_t motorcade_flow_tell_fault(uint8_t target, uint8_t value, uint8_t follower_words, uint8_t is_tagged)
+{
+    if (is_tagged == 0) {
+        return MOTORCADE_FLOW_UNTAGGED;
+    }
+    if (target == MOTORCADE_FLOW_IN_TURN) {
+        return value > follower_words ? MOTORCADE_FLOW_BAD_COUNT : 0;
+    }
+    return target >= follower_words ? MOTORCADE_FLOW_BAD_TARGET : 0;
+}
+
+/* Return what is wrong with a leader word whose leader decides, BAD_FIELD to UNTAGGED; 0 where nothing is.
+ *
+ * The word comes as its four bytes, the most significant first, since a chip is slow with integers from 2^30 up. The
+ * other arguments are of the image: how many leader words and follower words it has, and 1 where those have a tag.
+ */
+uint8_t motorcade_flow_word_fault(uint8_t first, uint8_t second, uint8_t third, uint8_t fourth, uint8_t leader_words, uint8_t follower_words, uint8_t is_tagged)
+{
+    if (first < 128) {
+        uint8_t until = (uint8_t)(((uint32_t)(third & 7) << 1) | (fourth >> 7));
+        if (until > MOTORCADE_FLOW_FLOOR || (fourth & 15)) {
+            return MOTORCADE_FLOW_BAD_FIELD;
+        }
+        return ((fourth >> 4) & 3) > motorcade_flow_highest_level(until) ? MOTORCADE_FLOW_BAD_LEVEL : 0;
+    }
+    uint8_t op = (first >> 4) & 7;
+    uint8_t condition = second & 15;
+    if (op > MOTORCADE_FLOW_TELL || condition > MOTORCADE_FLOW_CHANCE || (third & 6) || (fourth & 1)) {
+        return MOTORCADE_FLOW_BAD_FIELD;
+    }
+    uint8_t target = (uint8_t)(((uint32_t)(first & 15) << 4) | (second >> 4));
+    if (op == MOTORCADE_FLOW_TELL) {
+        return motorcade_flow_tell_fault(target, (uint8_t)(((uint32_t)(third & 1) << 7) | (fourth >> 1)), follower_words, is_tagged);
+    }
+    if (op > MOTORCADE_FLOW_CALL) {
+        return 0;
+    }
+    if (target >= leader_words) {
+        return MOTORCADE_FLOW_BAD_TARGET;
+    }
+    return ((third >> 5) & 3) > motorcade_flow_highest_level(condition) ? MOTORCADE_FLOW_BAD_LEVEL : 0;
+}
+
 /* receiver */
 
 #define MOTORCADE_RECEIVER_UNUSED_IN_THIRD 7
@@ -261,8 +316,11 @@ static uint8_t motorcade_receiver_read_header(uint32_t *r, uint8_t *buffer)
     /* A dwell has one bit where there are follower words, and none where there are none. */
     uint32_t is_good = (reserved <= MOTORCADE_POSITIONS_MOST_RESERVED && (dwell == 0 || (dwell & ((uint32_t)dwell - 1)) == 0)) ? 1 : 0;
     if (follower_words == 0) {
-        is_good = (dwell == 0 && reserved == 0) ? 1 : 0;
+        is_good = (dwell == 0 && (reserved == 0 || reserved == MOTORCADE_FLOW_DECIDES)) ? 1 : 0;
     } else if (dwell == 0) {
+        is_good = 0;
+    }
+    if (leader_states == 0 && (reserved & MOTORCADE_FLOW_DECIDES)) {
         is_good = 0;
     }
     if (is_good == 0) {
@@ -319,6 +377,12 @@ static uint8_t motorcade_receiver_take_request(uint32_t *r, uint8_t *buffer)
     return MOTORCADE_RECEIVER_REQUEST;
 }
 
+/* Return what is wrong with the leader word at `at` of a leader that decides; its image begins at `start`. */
+static uint8_t motorcade_receiver_leader_word_fault(uint8_t *buffer, uint16_t start, uint16_t at)
+{
+    return motorcade_flow_word_fault(buffer[at], buffer[(uint32_t)at + 1], buffer[(uint32_t)at + 2], buffer[(uint32_t)at + 3], buffer[start], buffer[(uint32_t)start + 1], buffer[(uint32_t)start + 3] & MOTORCADE_FLOW_TAGGED);
+}
+
 /* Check the control words up to index `end`, at most `work_words`. Return 1 where some are left, else 0. */
 static uint8_t motorcade_receiver_check_words(uint32_t *r, uint8_t *buffer, uint16_t work_words, uint16_t end)
 {
@@ -332,9 +396,18 @@ static uint8_t motorcade_receiver_check_words(uint32_t *r, uint8_t *buffer, uint
         return (uint8_t)is_left;
     }
     uint16_t at = begin;
+    uint16_t start = (uint16_t)r[MOTORCADE_RECEIVER_START];
+    uint16_t last_leader_word = start;
+    if (buffer[(uint32_t)start + 3] & MOTORCADE_FLOW_DECIDES) {
+        last_leader_word = (uint16_t)(start + (uint32_t)buffer[start] * 4);
+    }
     while (at < end) {
-        if (((buffer[(uint32_t)at + 2] & MOTORCADE_RECEIVER_UNUSED_IN_THIRD) || (buffer[(uint32_t)at + 3] & MOTORCADE_RECEIVER_UNUSED_IN_FOURTH)) && (uint16_t)r[MOTORCADE_RECEIVER_BAD_POSITION] == 0) {
-            r[MOTORCADE_RECEIVER_BAD_POSITION] = ((uint32_t)at - (uint16_t)r[MOTORCADE_RECEIVER_START]) / 4;
+        uint8_t is_bad = (buffer[(uint32_t)at + 2] & MOTORCADE_RECEIVER_UNUSED_IN_THIRD) | (buffer[(uint32_t)at + 3] & MOTORCADE_RECEIVER_UNUSED_IN_FOURTH);
+        if (at <= last_leader_word) {
+            is_bad = motorcade_receiver_leader_word_fault(buffer, start, at);
+        }
+        if (is_bad && (uint16_t)r[MOTORCADE_RECEIVER_BAD_POSITION] == 0) {
+            r[MOTORCADE_RECEIVER_BAD_POSITION] = ((uint32_t)at - start) / 4;
         }
         at = (uint16_t)((uint32_t)at + 4);
     }
@@ -348,6 +421,10 @@ static uint8_t motorcade_receiver_end_image(uint32_t *r, uint8_t *buffer)
 {
     if ((uint16_t)r[MOTORCADE_RECEIVER_BAD_POSITION]) {
         r[MOTORCADE_RECEIVER_COUNT] = (uint16_t)r[MOTORCADE_RECEIVER_BAD_POSITION];
+        r[MOTORCADE_RECEIVER_HEADER] = 0;
+        if (buffer[(uint32_t)(uint16_t)r[MOTORCADE_RECEIVER_START] + 3] & MOTORCADE_FLOW_DECIDES) {
+            r[MOTORCADE_RECEIVER_HEADER] = motorcade_receiver_word_at(buffer, (uint16_t)r[MOTORCADE_RECEIVER_START]);
+        }
         r[MOTORCADE_RECEIVER_WORD] = motorcade_receiver_word_at(buffer, (uint16_t)((uint16_t)r[MOTORCADE_RECEIVER_START] + (uint32_t)(uint16_t)r[MOTORCADE_RECEIVER_BAD_POSITION] * 4));
         motorcade_receiver_skip(r);
         return MOTORCADE_RECEIVER_BAD_WORD;

@@ -164,7 +164,7 @@ void motorcade_blocks_move_to_start(uint8_t *buffer, uint32_t begin, uint32_t en
 /* The bits of a frame's check. */
 #define MOTORCADE_POSITIONS_CHECK_BITS 62
 /* The largest value of a header's reserved field that has a meaning. */
-#define MOTORCADE_POSITIONS_MOST_RESERVED 1
+#define MOTORCADE_POSITIONS_MOST_RESERVED 3
 
 /* request */
 
@@ -184,6 +184,34 @@ void motorcade_blocks_move_to_start(uint8_t *buffer, uint32_t begin, uint32_t en
 #define MOTORCADE_REQUEST_SUM_AT 40
 /* The text of a request: its kind, a number of two hexadecimal digits, a name. */
 #define MOTORCADE_REQUEST_KIND_AT 4
+
+/* flow */
+
+/* The header's reserved field: the follower words travel with a tag, the leader decides. */
+#define MOTORCADE_FLOW_TAGGED 1
+#define MOTORCADE_FLOW_DECIDES 2
+#define MOTORCADE_FLOW_CALL 1
+#define MOTORCADE_FLOW_TELL 4
+#define MOTORCADE_FLOW_FLOOR 4
+#define MOTORCADE_FLOW_CHANCE 6
+/* The target of a tell that goes on through the follower words. */
+#define MOTORCADE_FLOW_IN_TURN 255
+/* What is wrong with a leader word; 0: nothing. */
+#define MOTORCADE_FLOW_BAD_FIELD 1 /* a value that has no meaning, or a bit that is 0 */
+#define MOTORCADE_FLOW_BAD_TARGET 2 /* no such leader or follower word */
+#define MOTORCADE_FLOW_BAD_LEVEL 3 /* the condition has no such level */
+#define MOTORCADE_FLOW_BAD_COUNT 4 /* a tell in turn counts more follower words than there are */
+#define MOTORCADE_FLOW_UNTAGGED 5 /* a tell where the follower words travel without a tag */
+
+/* Return the highest level of a condition, 0 to CHANCE. */
+uint8_t motorcade_flow_highest_level(uint8_t condition);
+
+/* Return what is wrong with a leader word whose leader decides, BAD_FIELD to UNTAGGED; 0 where nothing is.
+ *
+ * The word comes as its four bytes, the most significant first, since a chip is slow with integers from 2^30 up. The
+ * other arguments are of the image: how many leader words and follower words it has, and 1 where those have a tag.
+ */
+uint8_t motorcade_flow_word_fault(uint8_t first, uint8_t second, uint8_t third, uint8_t fourth, uint8_t leader_words, uint8_t follower_words, uint8_t is_tagged);
 
 /* receiver */
 
@@ -208,7 +236,8 @@ void motorcade_blocks_move_to_start(uint8_t *buffer, uint32_t begin, uint32_t en
 #define MOTORCADE_RECEIVER_TAKEN 12 /* 1 from the event IMAGE, 2 from REQUEST to the next call: its bytes are still in the buffer */
 #define MOTORCADE_RECEIVER_COUNT 13 /* of the last refusal: a number of bytes or words, or a position */
 #define MOTORCADE_RECEIVER_WORD 14 /* of the last refusal: the word */
-#define MOTORCADE_RECEIVER_SIZE 15
+#define MOTORCADE_RECEIVER_HEADER 15 /* of the last BAD_WORD: its image's header where the leader decides, else 0 */
+#define MOTORCADE_RECEIVER_SIZE 16
 /* What next_event returns. */
 #define MOTORCADE_RECEIVER_NOTHING 0 /* nothing to do until bytes come */
 #define MOTORCADE_RECEIVER_WORKING 1 /* there is more to do: call again in the next tick */
@@ -221,7 +250,7 @@ void motorcade_blocks_move_to_start(uint8_t *buffer, uint32_t begin, uint32_t en
 #define MOTORCADE_RECEIVER_CHANGED_REQUEST 7 /* a request was changed on the way */
 #define MOTORCADE_RECEIVER_OTHER_CHECKSUM 8 /* the checksum is r[CRC], not r[ANNOUNCED] */
 #define MOTORCADE_RECEIVER_BAD_HEADER 9 /* no image has the header r[WORD] */
-#define MOTORCADE_RECEIVER_BAD_WORD 10 /* no image has r[WORD] at position r[COUNT] */
+#define MOTORCADE_RECEIVER_BAD_WORD 10 /* no image has r[WORD] at position r[COUNT]; r[HEADER]: not behind that header */
 #define MOTORCADE_RECEIVER_TOO_LARGE 11 /* the image has r[COUNT] words, more than the car holds */
 #define MOTORCADE_RECEIVER_REQUEST 12 /* no refusal: answer the request at buffer[r[START]] (`motorcade.words.request`) */
 

@@ -8,7 +8,6 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
-from motorcade.car.brain import TAGGED
 from motorcade.cli.output import current_language, in_language, make_table, translated
 from motorcade.config.profile import Profile
 from motorcade.devices.motor import DIRECTIONS
@@ -16,8 +15,22 @@ from motorcade.errors import Phrase
 from motorcade.locales import catalogue
 from motorcade.program.steps import SIMPLE_KINDS
 from motorcade.words.field import Field, WordFormat
-from motorcade.words.formats import CONTROL, HEADER, fingerprint
-from motorcade.words.image import parse_image
+from motorcade.words.flow import (
+    ALWAYS,
+    CHANCE,
+    CONDITIONS,
+    COUNT,
+    COUNTER,
+    DECIDES,
+    IN_TURN,
+    OBSTACLE,
+    OPS,
+    RETURN,
+    TAGGED,
+    TELL,
+)
+from motorcade.words.formats import CONTROL, FLOW, HEADER, STATE, fingerprint
+from motorcade.words.image import format_at, parse_image
 
 _COLOURS = ("cyan", "yellow", "green", "magenta", "blue", "red")
 
@@ -37,13 +50,56 @@ def describe_header(word: int, profile: Profile) -> str:
     """Describe a header word in a phrase."""
     values = HEADER.decode(word)
     counts = {"leader": values.leader_states, "followers": values.follower_words}
-    if not values.dwell:
-        return translated("header-content", **counts)
-    seconds = profile.dwell_ms[values.dwell.bit_length() - 1] / 1000
-    tagged = ""
-    if values.reserved == TAGGED:
-        tagged = translated("words-are-tagged")
-    return translated("header-content-with-dwell", seconds=seconds, **counts) + tagged
+    if values.dwell:
+        seconds = profile.dwell_ms[values.dwell.bit_length() - 1] / 1000
+        content = translated("header-content-with-dwell", seconds=seconds, **counts)
+    else:
+        content = translated("header-content", **counts)
+    if values.reserved & TAGGED:
+        content += translated("words-are-tagged")
+    if values.reserved & DECIDES:
+        content += translated("leader-decides")
+    return content
+
+
+def describe_state(word: int, profile: Profile) -> str:
+    """Describe in a phrase a state of a leader that decides: what it does, and the condition that ends it."""
+    values = STATE.decode(word)
+    content = describe_control(word, profile)
+    if values.until == ALWAYS:
+        return content
+    condition = _describe_condition(values.until, values.until_level, 0, 0, values.until_not, profile)
+    return content + translated("state-until", condition=condition)
+
+
+def describe_flow(word: int, profile: Profile) -> str:
+    """Describe in a phrase what a flow word does."""
+    values = FLOW.decode(word)
+    op = dict(OPS)[values.op]
+    if values.op == RETURN:
+        return translated("flow-return")
+    if values.op == COUNT:
+        return translated(f"flow-count-{values.level}", counter=values.counter + 1, value=values.value)
+    if values.op == TELL and values.target == IN_TURN:
+        return translated("flow-tell-in-turn" if values.value else "flow-tell-all-in-turn", count=values.value)
+    # The words of a role are numbered from 1, as in the column before.
+    content = translated(f"flow-{op}", number=values.target + 1)
+    if values.op == TELL or values.condition == ALWAYS:
+        return content
+    asked = (values.condition, values.level, values.counter, values.value, values.if_not)
+    return content + translated("flow-if", condition=_describe_condition(*asked, profile))
+
+
+def _describe_condition(condition: int, level: int, counter: int, value: int, is_not: int, profile: Profile) -> str:
+    if condition == OBSTACLE:
+        text = translated("condition-obstacle", radius_mm=profile.avoid_radii_mm[level])
+    elif condition == COUNTER:
+        text = translated(f"condition-counter-{level}", counter=counter + 1, value=value)
+    elif condition == CHANCE:
+        text = translated("condition-chance", percent=round(value / 2.56))
+    else:
+        text = translated(f"condition-{dict(CONDITIONS)[condition]}-{level}")
+    return translated("condition-not", condition=text) if is_not else text
 
 
 def describe_control(word: int, profile: Profile) -> str:
@@ -70,20 +126,22 @@ def describe_control(word: int, profile: Profile) -> str:
     return translated("comma").join(parts) or translated("does-nothing")
 
 
+_DESCRIBE = {"control": describe_control, "state": describe_state, "flow": describe_flow}
+
+
 def words_table(words: Sequence[int], profile: Profile) -> Table:
     """Make a table of the words of an image: what each means, and its bits by field. Raises ImageError."""
     image = parse_image(tuple(words))
     rows = []
     for number, word in enumerate(words):
         role = "follower"
-        word_format = CONTROL
+        word_format = format_at(number, word, words[0])
         if number == 0:
             role = "header"
-            word_format = HEADER
             content = describe_header(word, profile)
         elif number <= len(image.leader):
             role = "leader"
-            content = describe_control(word, profile)
+            content = _DESCRIBE[word_format.name](word, profile)
         else:
             content = describe_control(word, profile) + _describe_infrared(word)
         bits = coloured_bits(word, word_format, f"{content}\n")

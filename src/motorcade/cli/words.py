@@ -140,8 +140,7 @@ def _decompile(
 @app.command("inspect")
 def _inspect(image: options.ExistingFile, profile: str = "classroom", as_json: options.Json = False) -> None:
     from motorcade.program.files import words_in
-    from motorcade.words.formats import CONTROL, HEADER
-    from motorcade.words.image import parse_image
+    from motorcade.words.image import format_at, parse_image
 
     words = words_in(image)
     parsed = parse_image(words)
@@ -151,13 +150,11 @@ def _inspect(image: options.ExistingFile, profile: str = "classroom", as_json: o
         print_table(words_table(words, options.profile_named(profile)))
         return
     roles = ["header"] + ["leader"] * len(parsed.leader) + ["follower"] * len(parsed.followers)
-    formats = [HEADER] + [CONTROL] * (len(words) - 1)
-    print_json(
-        [
-            {"word": word, "role": role, "fields": word_format.decode(word)._asdict()}
-            for word, role, word_format in zip(words, roles, formats, strict=True)
-        ]
-    )
+    rows = []
+    for position, (word, role) in enumerate(zip(words, roles, strict=True)):
+        values = format_at(position, word, words[0]).decode(word)
+        rows.append({"word": word, "role": role, "fields": values._asdict()})
+    print_json(rows)
 
 
 @app.command("formats")

@@ -106,8 +106,11 @@ class _Checker:
 
     def check(self, value: Any, schema: Schema, at: KeyPath) -> Any:
         """Return ``value`` with its defaults; what is wrong is appended to ``faults``."""
-        if "$ref" in schema:
-            schema = self._definitions[schema["$ref"].rpartition("/")[2]]
+        while "$ref" in schema or "if" in schema:
+            if "if" in schema:
+                schema = schema["then" if _is_as(value, schema["if"]) else "else"]
+            else:
+                schema = self._definitions[schema["$ref"].rpartition("/")[2]]
         if not fits(value, schema):
             self.faults.append(Fault("not-allowed", at, shown(value), allowed(schema), _nearest(value, schema)))
         elif isinstance(value, dict):
@@ -123,7 +126,10 @@ class _Checker:
         others = schema.get("additionalProperties", True)
         checked = {}
         is_known = True
+        names = schema.get("propertyNames", {})
         for key, value in table.items():
+            if not fits(key, names):
+                self.faults.append(Fault("not-allowed", (*at, key), shown(key), allowed(names)))
             part = properties.get(key, others)
             if part is False:
                 is_known = False
@@ -147,12 +153,12 @@ class _Checker:
         return checked
 
     def _one_of(self, table: dict[str, Any], schema: Schema, at: KeyPath, is_known: bool) -> None:
-        """Check that the table has exactly one of the keys of which one is needed."""
-        kinds = [kind["required"][0] for kind in schema["oneOf"]]
+        """Check that the table has exactly one of the keys of which one is needed, or may have one."""
+        kinds = [kind["required"][0] for kind in schema["oneOf"] if "required" in kind]
         present = [key for key in table if key in kinds]
         if len(present) > 1:
             self.faults.append(Fault("several-keys", at, ", ".join(present), ", ".join(kinds)))
-        elif not present and is_known:
+        elif not present and is_known and len(kinds) == len(schema["oneOf"]):
             self.faults.append(Fault("no-key", at, "", ", ".join(kinds)))
 
     def _list(self, values: Sequence[Any], schema: Schema, at: KeyPath) -> list[Any]:
@@ -165,6 +171,13 @@ class _Checker:
         parts = chain(schema.get("prefixItems", ()), repeat(schema.get("items", {})))
         numbered = enumerate(zip(values, parts, strict=False))
         return [self.check(value, part, (*at, index)) for index, (value, part) in numbered]
+
+
+def _is_as(value: Any, question: Schema) -> bool:
+    """Whether a value is what the ``if`` of a schema asks: of a type, or a table with some keys."""
+    if "type" in question:
+        return fits(value, question)
+    return isinstance(value, dict) and all(key in value for key in question["required"])
 
 
 def _nearest(value: Any, schema: Schema) -> float | str | None:

@@ -22,8 +22,8 @@ from motorcade.mats.model import Mat
 from motorcade.mats.schema import FORMAT as MAT_FORMAT
 from motorcade.missions.model import Goal, Mission, Notes, Sentence, Wording, Zone
 from motorcade.missions.schema import GOALS, PATHS, goal_schema, mission_schema
-from motorcade.program.model import FORMAT as PROGRAM_FORMAT
 from motorcade.program.model import Program, program_from_dict, read_program
+from motorcade.program.schema import FORMAT as PROGRAM_FORMAT
 
 # How many seconds of one car all seeds may take together; a computer simulates some 15,000 in a second.
 MOST_CAR_SECONDS = 60_000

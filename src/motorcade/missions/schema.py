@@ -12,7 +12,7 @@ from motorcade.mats.schema import mat_schema
 from motorcade.missions import car_goals, event_goals, other_goals, score_goals
 from motorcade.missions.goal import LONGEST_S, MOST_GOALS, ZONE, GoalKind
 from motorcade.missions.model import LEVELS
-from motorcade.program.model import program_schema
+from motorcade.program.schema import program_schema
 from motorcade.program.steps import KINDS
 
 FORMAT = "motorcade-mission/1"

@@ -9,7 +9,8 @@ from itertools import groupby
 from typing import Any
 
 from motorcade.program.diagnostics import BEHIND, DELETE, Diagnostic, Fix, ProgramError, error
-from motorcade.program.model import FORMAT, Followers, Program, program_from_dict
+from motorcade.program.model import Followers, Program, program_from_dict
+from motorcade.program.schema import FORMAT
 from motorcade.program.steps import KINDS, RepeatStep, Step, TogetherStep, own_fields
 
 Workspace = dict[str, Any]

@@ -7,11 +7,12 @@ A word has a duration for each of its parts (motor, LED, avoidance), and each du
 profile. Steps may last any sum of levels, may contain others, and may be repeated. So the compiler does three things,
 for the leader and for the followers by themselves:
 
-1. `motorcade.program.expansion.Expander` checks each step and unrolls repeats: the result is a row of items, one for
-   each time that a step is done.
-2. The **leader** executes its words one after another. An item becomes the fewest words whose lengths add up to its
-   duration (`motorcade.program.parts.cut`); parts that go on are continued by the next word, and a part that is over
-   is left out of it. An item that no sum of levels can express is refused with the nearest durations that can be.
+1. `motorcade.program.expansion.Expander` checks each step and, for the followers, unrolls repeats: the result is a row
+   of items, one for each time that a step is done.
+2. The **leader** executes its words one after another (`motorcade.program.leader`). An item becomes the fewest words
+   whose lengths add up to its duration (`motorcade.program.parts.cut`); parts that go on are continued by the next
+   word, and a part that is over is left out of it. An item that no sum of levels can express is refused with the
+   nearest durations that can be. What the leader decides becomes flow words.
 3. The **followers** hear each word again and again for one dwell, then the next word. So every item has to last a
    whole number of dwells, and is sent as words that count down what is left of it. The compiler tries the dwells of
    the profile, the longest first, and takes the first that fits with at most 255 words and keeps step (`best_round`;
@@ -26,8 +27,8 @@ Words come only from a program without errors. ``origins`` leads back from each 
 show which block a car executes.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.errors import Phrase
@@ -38,28 +39,23 @@ from motorcade.program.expansion import (
     Round,
     Row,
     best_round,
-    cut_for_leader,
     either,
     literal_round,
     longest_dwell_ms,
 )
+from motorcade.program.fragments import IN_TURN_STEP, Told
+from motorcade.program.leader import Leader
 from motorcade.program.model import Followers, Program
-from motorcade.program.parts import (
-    MOST_PIECES,
-    control_word,
-    cut,
-    durations_in,
-    nearest_sums,
-    slice_of,
-    to_ms,
-)
+from motorcade.program.parts import MOST_PIECES, cut, durations_in, nearest_sums, to_ms
 from motorcade.program.steps import RepeatStep, Step
-from motorcade.words.formats import CONTROL
+from motorcade.words.flow import IN_TURN
+from motorcade.words.formats import CONTROL, FLOW
 from motorcade.words.image import Image, image_words
 from motorcade.words.packing import words_to_bytes
 
 _ACCEPT_IR = CONTROL.field("accept_ir").word_mask
 _FORWARD = CONTROL.field("forward").word_mask
+_TARGET_AT, _VALUE_AT = FLOW.field("target").low, FLOW.field("value").low
 # How many longer lengths of a together are tried. Among shorter ones 0 s is always possible.
 _MOST_TRIES = 100
 
@@ -100,86 +96,134 @@ def compile_program(program: Program, profile: Profile | None = None) -> Compile
     Raises MotorcadeError where the program names a profile that isn't built in, and none is given.
     """
     profile = profile or built_in_profile(program.profile)
-    leader = _Leader(program.leader, profile)
-    followers = _Followers(program.followers, profile)
-    diagnostics = (*leader.diagnostics, *followers.diagnostics)
+    leader = Leader(program, profile)
+    followers = _Followers(program.followers, profile, leader.told, leader.has_tells)
+    diagnostics = [*leader.diagnostics, *_wrong_leader(program, leader, profile), *followers.diagnostics]
     words: tuple[int, ...] = ()
     origins: tuple[tuple[str, str | None], ...] = ()
+    if not has_errors(diagnostics):
+        leader.finish(followers.targets, len(followers.words))
+        diagnostics += leader.remarks
     if not has_errors(diagnostics):
         level = -1
         if followers.words:
             level = profile.dwell_ms.index(followers.dwell_ms)
-        words = image_words(Image(leader.words, followers.words, level, int(followers.tagged)))
-        items = leader.origins + followers.origins
-        origins = (("", None), *((item.path, item.id) for item in items))
+        tagged, decides = int(followers.tagged), int(leader.decides and bool(leader.words))
+        words = image_words(Image(leader.words, followers.words, level, tagged, decides))
+        origins = (("", None), *leader.origins, *((item.path, item.id) for item in followers.origins))
     return Compiled(
         words,
         leader.count,
-        followers.count,
+        len(followers.words) or followers.count,
         followers.dwell_ms,
         followers.tagged,
-        diagnostics,
+        tuple(diagnostics),
         origins,
     )
 
 
-class _Leader:
-    """The leader's states; ``origins`` are the items that they come from."""
-
-    def __init__(self, steps: Sequence[Step], profile: Profile):
-        self.words: list[int] = []
-        self.origins: list[Item] = []
-        levels_ms = profile.durations_ms
-        self._levels = {duration: level for level, duration in enumerate(levels_ms)}
-        expander = Expander(profile, leads=True)
-        row = expander.expand(steps, "leader", accept_ir=False, forward=True)
-        self.diagnostics = expander.diagnostics
-        self.count = row.states
-        if not has_errors(self.diagnostics):
-            if not row.items:
-                self.diagnostics.append(warning("empty-program", "leader"))
-            if self.count > MOST_PIECES:
-                costs = [expander.expand([step], "", accept_ir=False, forward=True).states for step in steps]
-                self.diagnostics.append(_too_many("too-many-states", "leader", steps, self.count, costs, levels_ms[-1]))
-                return
-        refused: set[str] = set()
-        for item in row.items:
-            pieces = cut_for_leader(item, levels_ms)
-            if pieces is not None:
-                self._add(item, pieces)
-            elif item.path not in refused:
-                # A repeated step comes several times.
-                self.diagnostics.append(_not_expressible_together(item, levels_ms))
-                refused.add(item.path)
-
-    def _add(self, item: Item, pieces: tuple[int, ...]) -> None:
-        """Add the words of an item that is cut into pieces; an item of 0 s has none, and takes one word."""
-        begin_ms = 0
-        for length_ms in pieces or (0,):
-            parts = item.parts
-            if len(pieces) > 1:
-                parts = slice_of(parts, begin_ms, length_ms)
-            self.words.append(control_word(parts, self._levels, 0, 1))
-            self.origins.append(item)
-            begin_ms += length_ms
+def _wrong_leader(program: Program, leader: Leader, profile: Profile) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the leader's words as a whole."""
+    if has_errors(leader.diagnostics):
+        return
+    if not leader.count:
+        yield warning("empty-program", "leader")
+    elif leader.count > MOST_PIECES:
+        steps, costs = program.leader, leader.costs()
+        yield _too_many("too-many-states", "leader", steps, leader.count, costs, profile.durations_ms[-1])
+        return
+    for item in leader.inexpressible:
+        yield _not_expressible_together(item, profile.durations_ms)
 
 
 class _Followers:
-    """The followers' words and their dwell; ``origins`` are the items that the words come from."""
+    """The followers' words and their dwell; ``origins`` are the items that the words come from.
 
-    def __init__(self, followers: Followers | None, profile: Profile):
+    Behind the words of their own steps are those that they are told. ``targets`` are the bits that name them in a tell.
+    """
+
+    def __init__(self, followers: Followers | None, profile: Profile, told: Sequence[Told], has_tells: bool):
         self.words: list[int] = []
         self.origins: list[Item] = []
         self.diagnostics: list[Diagnostic] = []
+        self.targets: dict[Told, int] = {}
         self.dwell_ms = 0
         self.tagged = False
         self.count = 0
-        if followers is None:
-            return
-        self._followers = followers
+        self._has_tells = has_tells
         self._profile = profile
+        self._followers = followers or Followers([])
+        if followers is not None and (followers.steps or not has_tells):
+            self._compile_steps(followers)
+        if has_tells and not has_errors(self.diagnostics):
+            self._add_told(told)
+
+    def _add_told(self, told: Sequence[Told]) -> None:
+        """Add the words of the steps that followers are told, each once."""
+        settings = self._followers
+        self.tagged = True
+        if settings.tagged is False:
+            problem = error("tell-untagged", "followers.tagged")
+            self.diagnostics.append(problem.with_fixes(Fix("tagged", "auto")))
+        if not self.words:
+            dwell_seconds = settings.dwell_seconds
+            self.dwell_ms = self._profile.dwell_ms[0]
+            if dwell_seconds is not None:
+                self.dwell_ms = to_ms(dwell_seconds) or 0
+            if self.dwell_ms not in self._profile.dwell_ms:
+                reason = Phrase("dwell-not-a-level", seconds=f"{dwell_seconds:g}")
+                self._no_dwell("followers.dwell_seconds", None, reason, Fix("dwell_seconds", None))
+                return
+        own = len(self.words)
+        if own and IN_TURN_STEP not in told:
+            self.diagnostics.append(warning("followers-never-told", "followers.steps"))
+        for step in told:
+            if step.step is None:
+                continue
+            word, item = self._told_word(replace(step.step, id=step.id), step)
+            if word is None or item is None:
+                continue
+            if word not in self.words:
+                self.words.append(word)
+                self.origins.append(item)
+            self.targets[step] = self.words.index(word) << _TARGET_AT
+        count = own
+        if len(self.words) == own:
+            count = 0
+        self.targets[IN_TURN_STEP] = IN_TURN << _TARGET_AT | count << _VALUE_AT
+        if IN_TURN_STEP in told and not own:
+            self.diagnostics.append(error("nothing-in-turn", "followers.steps"))
+        self.count = len(self.words)
+        if self.count > MOST_PIECES:
+            self.diagnostics.append(error("too-many-told", "leader", count=self.count, most=MOST_PIECES))
+
+    def _told_word(self, step: Step, told: Told) -> tuple[int | None, Item | None]:
+        """Return the word of a step that followers are told, and its item; None, with an error, where it is none."""
+        settings = self._followers
+        accept_ir, forward = settings.accept_ir, settings.forward
+        if step.accept_ir is not None:
+            accept_ir = step.accept_ir
+        if step.forward is not None:
+            forward = step.forward
+        expander = Expander(self._profile)
+        item = expander.item(step, told.path, accept_ir, forward)
+        self.diagnostics += expander.diagnostics
+        if item is None:
+            return None, None
+        found = literal_round([item], self.dwell_ms, self._profile)
+        if isinstance(found, int):
+            longest = self._profile.durations_ms[-1] / 1000
+            seconds = f"{item.total_ms / 1000:g}"
+            problem = error("tell-not-one-word", told.path, told.id, seconds=seconds, most=f"{longest:g}")
+            self.diagnostics.append(problem.with_fixes(Fix("seconds", longest)))
+            return None, None
+        return found.words[0], item
+
+    def _compile_steps(self, followers: Followers) -> None:
+        """Compile the followers' own steps."""
+        profile = self._profile
         path = "followers.steps"
-        expander = Expander(profile, leads=False)
+        expander = Expander(profile)
         row = expander.expand(followers.steps, path, followers.accept_ir, followers.forward)
         self._items = row.items
         self._tagged = self._is_tagged(row)
@@ -212,6 +256,8 @@ class _Followers:
             self._warn()
 
     def _is_tagged(self, row: Row) -> bool:
+        if self._has_tells:
+            return True
         if self._followers.tagged != "auto":
             return self._followers.tagged
         if not any(item.forward for item in row.items):
@@ -325,7 +371,7 @@ def _too_many(code: str, path: str, steps: Sequence[Step], count: int, costs: li
     step = steps[costliest]
     problem = error(code, place, step.id, count=count, cost=cost, hint=hint, page_hint=page_hint)
     left = MOST_PIECES - count + cost
-    if isinstance(step, RepeatStep) and left * step.times // cost > 0:
+    if isinstance(step, RepeatStep) and step.times and left * step.times // cost > 0:
         return problem.with_fixes(Fix("times", left * step.times // cost))
     if getattr(step, "seconds", None) is not None and cost > 1 and left * word_ms > 0:
         return problem.with_fixes(Fix("seconds", left * word_ms / 1000))

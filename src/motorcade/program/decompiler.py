@@ -8,6 +8,7 @@ from typing import Any
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.errors import MotorcadeError
 from motorcade.program.compiler import compile_program
+from motorcade.program.flow_steps import FlowStep
 from motorcade.program.model import Followers, Program
 from motorcade.program.parts import (
     control_word,
@@ -19,9 +20,13 @@ from motorcade.program.parts import (
     to_seconds,
 )
 from motorcade.program.steps import AccompanyingStep, Step, TogetherStep, WaitStep
-from motorcade.words.formats import CONTROL
+from motorcade.program.structure import Structure
+from motorcade.words.flow import IN_TURN, TELL
+from motorcade.words.formats import CONTROL, FLOW, STATE
 from motorcade.words.image import Image, parse_image
 
+# How many constructs of a leader may turn out to be none before all its words are read by themselves.
+_MOST_TRIES = 40
 # The bits of all durations.
 _DURATIONS = sum(field.word_mask for field in CONTROL.fields if field.name.endswith("_duration"))
 
@@ -44,7 +49,9 @@ def decompile(words: Sequence[int], profile: Profile | None = None) -> Program:
     profile = profile or built_in_profile("classroom")
     image = parse_image(tuple(words))
     for position, word in enumerate((*image.leader, *image.followers), start=1):
-        _check_word(word, position, leads=position <= len(image.leader))
+        _check_word(word, position, position <= len(image.leader), bool(image.decides))
+    if image.decides:
+        return _decide(image, profile, tuple(words))
     leader = [step_in(word, profile.durations_ms) for word in image.leader]
     if not image.followers:
         return Program(leader, None, profile.name)
@@ -54,6 +61,92 @@ def decompile(words: Sequence[int], profile: Profile | None = None) -> Program:
         for followers in _guessed_followers(image, profile)
         if compile_program(program := Program(leader, followers, profile.name), profile).words == tuple(words)
     )
+
+
+def _decide(image: Image, profile: Profile, words: tuple[int, ...]) -> Program:
+    """Return the program of a leader that decides."""
+    own = _own_words(image)
+    followers: Followers | None = None
+    if image.followers:
+        followers = _deciding_followers(image._replace(followers=image.followers[:own]), profile, words)
+    plain: frozenset[int] = frozenset()
+    for _ in range(_MOST_TRIES):
+        program, structure = _structured(image, profile, own, followers, plain)
+        made = compile_program(program, profile).words
+        if made == words:
+            return program
+        wrong = _first_difference(made[1:], words[1:])
+        around = [extent for extent in structure.extents if extent.start <= wrong < extent.end]
+        if not around or not made:
+            break
+        innermost = min(around, key=lambda extent: extent.end - extent.start)
+        plain |= {innermost.start}
+    # Each word by itself always compiles to the same words.
+    if image.followers:
+        followers = _deciding_followers(image, profile, words)
+    program, _ = _structured(image, profile, len(image.followers), followers, frozenset(range(len(image.leader))))
+    return program
+
+
+def _structured(
+    image: Image, profile: Profile, own: int, followers: Followers | None, plain: frozenset[int]
+) -> tuple[Program, Structure]:
+    told = {}
+    settings = followers or Followers([])
+    for number in range(len(image.followers)):
+        values = CONTROL.decode(image.followers[number])
+        step = step_in(image.followers[number], profile.durations_ms)
+        if values.accept_ir != settings.accept_ir:
+            step = replace(step, accept_ir=bool(values.accept_ir))
+        if values.forward != settings.forward:
+            step = replace(step, forward=bool(values.forward))
+        told[number] = step
+    structure = Structure(image.leader, profile.durations_ms, plain, told, own)
+    return Program(structure.leader, followers, profile.name, functions=structure.functions), structure
+
+
+def _first_difference(made: Sequence[int], wanted: Sequence[int]) -> int:
+    for number, (some, other) in enumerate(zip(made, wanted, strict=False)):
+        if some != other:
+            return number
+    return min(len(made), len(wanted))
+
+
+def _own_words(image: Image) -> int:
+    """Return how many of the follower words are not there only because the leader tells them."""
+    tells = [FLOW.decode(word) for word in image.leader if word >> 31 and FLOW.decode(word).op == TELL]
+    count = len(image.followers)
+    if not tells:
+        return count
+    turns = [values.value for values in tells if values.target == IN_TURN]
+    if turns:
+        return turns[0] or count
+    told = list(dict.fromkeys(values.target for values in tells))
+    own = count
+    while own and own - 1 in told and [place for place in told if place >= own - 1] == [*range(own - 1, count)]:
+        own -= 1
+    return own
+
+
+def _deciding_followers(image: Image, profile: Profile, words: tuple[int, ...]) -> Followers | None:
+    """Return Followers whose own words are these; None where the compiler has the same settings without them."""
+    has_tells = any(word >> 31 and FLOW.decode(word).op == TELL for word in image.leader)
+    dwell_ms = profile.dwell_ms[image.dwell_level]
+    if not image.followers:
+        if dwell_ms == profile.dwell_ms[0]:
+            return None
+        return Followers([], dwell_seconds=to_seconds(dwell_ms))
+    tell: Step = FlowStep("tell", target=IN_TURN)
+    first = WaitStep(to_seconds(profile.durations_ms[1]))
+    leader: list[Step] = [first, tell] if has_tells else [first]
+    dwell = words[0] >> 8 & 255
+    for followers in _guessed_followers(image, profile):
+        compiled = compile_program(Program(leader, followers, profile.name), profile)
+        if not compiled.words or compiled.words[0] >> 8 & 255 != dwell or compiled.tagged != bool(image.tagged):
+            continue
+        if compiled.words[1 + len(leader) :] == tuple(image.followers):
+            return followers
+    raise AssertionError("each word by itself compiles to itself")
 
 
 def _guessed_followers(image: Image, profile: Profile) -> Iterator[Followers]:
@@ -146,11 +239,16 @@ def _followers(steps: list[Step], words: Sequence[int], dwell_seconds: float | N
     return Followers(made, bool(first.accept_ir), bool(first.forward), dwell_seconds)
 
 
-def _check_word(word: int, position: int, leads: bool) -> None:
-    values = CONTROL.decode(word)
-    if leads and values.accept_ir:
-        raise DecompileError("leader-word-accepts-ir", position=position, word=word)
+def _check_word(word: int, position: int, leads: bool, decides: bool) -> None:
+    if leads and decides:
+        if word >> 31:
+            return
+        word_format, values = STATE, STATE.decode(word)
+    else:
+        word_format, values = CONTROL, CONTROL.decode(word)
+        if leads and values.accept_ir:
+            raise DecompileError("leader-word-accepts-ir", position=position, word=word)
     if leads and not values.forward:
         raise DecompileError("leader-word-not-forwarded", position=position, word=word)
-    if warnings := CONTROL.warnings(word):
+    if warnings := word_format.warnings(word):
         raise DecompileError("word-without-step", position=position, word=word, warning=warnings[0])

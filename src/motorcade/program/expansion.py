@@ -48,7 +48,7 @@ from motorcade.program.parts import (
     to_ms,
     with_durations,
 )
-from motorcade.program.steps import LONGEST_S, AccompanyingStep, RepeatStep, Step, TogetherStep
+from motorcade.program.steps import LONGEST_S, RepeatStep, Step, TogetherStep, is_deciding
 from motorcade.words.formats import CONTROL
 
 _MOTOR_ENABLE = CONTROL.field("motor_enable").word_mask
@@ -71,9 +71,8 @@ class Item(NamedTuple):
 class Row(NamedTuple):
     """Steps in the order in which they are done.
 
-    ``states`` (how many states a leader needs; how many steps a follower does) and
-    ``total_ms`` are those of the whole row; ``items`` lists each step as often as it is
-    done, but the steps of a repeat that needs more than MOST_PIECES only once.
+    ``states`` (how many steps a follower does) and ``total_ms`` are those of the whole row; ``items`` lists each step
+    as often as it is done, but the steps of a repeat that needs more than MOST_PIECES only once.
     """
 
     items: list[Item]
@@ -84,11 +83,10 @@ class Row(NamedTuple):
 class Expander:
     """Unroll the steps of one car's program; ``diagnostics`` lists what is wrong with them."""
 
-    def __init__(self, profile: Profile, leads: bool):
+    def __init__(self, profile: Profile):
         self.diagnostics: list[Diagnostic] = []
         self._levels_ms = profile.durations_ms
         self._idle_ms = profile.idle_state_ms
-        self._leads = leads
 
     def expand(self, steps: Sequence[Step], path: str, accept_ir: bool, forward: bool) -> Row:
         """The Row of ``steps``, which stand at ``path`` and inherit the two settings."""
@@ -102,36 +100,37 @@ class Expander:
         return Row(items, states, total_ms)
 
     def _expand_step(self, step: Step, path: str, accept_ir: bool, forward: bool) -> Row:
-        if self._leads:
-            self._check_settings(step, path)
+        if is_deciding(step):
+            self.diagnostics.append(error("followers-cannot-decide", path, step.id))
+            return Row([], 0, 0)
         if step.accept_ir is not None:
             accept_ir = step.accept_ir
         if step.forward is not None:
             forward = step.forward
         if isinstance(step, RepeatStep):
+            times = step.times or 1
             once = self.expand(step.steps, f"{path}.repeat.steps", accept_ir, forward)
-            states = once.states * step.times
+            states = once.states * times
             items = once.items
             if states <= MOST_PIECES:
-                items = items * step.times
-            return Row(items, states, once.total_ms * step.times)
-        if not self._check_step(step, path):
+                items = items * times
+            return Row(items, states, once.total_ms * times)
+        item = self.item(step, path, accept_ir, forward)
+        if item is None:
             return Row([], 0, 0)
+        return Row([item], 1, item.total_ms)
+
+    def item(self, step: Step, path: str, accept_ir: bool, forward: bool) -> Item | None:
+        """Return the Item of a step that holds no list of others; None, with diagnostics, where it is wrong."""
+        if not self._check_step(step, path):
+            return None
         parts = parts_of(step)
         durations_ms = durations_of(parts)
         total_ms = max(durations_ms, default=0) or self._idle_ms
-        item = Item(parts, durations_ms, total_ms, path, step.id, accept_ir, forward)
-        return Row([item], self._states_of(item), total_ms)
+        return Item(parts, durations_ms, total_ms, path, step.id, accept_ir, forward)
 
-    def _states_of(self, item: Item) -> int:
-        if not self._leads:
-            return 1
-        if item.total_ms > MOST_PIECES * self._levels_ms[-1]:
-            # At least so many.
-            return -(-item.total_ms // self._levels_ms[-1])
-        return max(1, len(cut_for_leader(item, self._levels_ms) or ()))
-
-    def _check_settings(self, step: Step, path: str) -> None:
+    def check_settings(self, step: Step, path: str) -> None:
+        """Refuse settings that a leader's step can't have."""
         if step.accept_ir:
             self.diagnostics.append(error("leader-accepts-ir", path, step.id))
         if step.forward is not None:
@@ -143,13 +142,19 @@ class Expander:
         if isinstance(step, TogetherStep):
             self._check_conflict(step, path)
             for position, part in enumerate(step.steps):
-                self._check_duration(part, f"{path}.together[{position}]", step.id)
-        elif isinstance(step, AccompanyingStep) and step.seconds is None:
-            problem = error("missing-field", f"{path}.{step.kind}", step.id, name="seconds")
-            self.diagnostics.append(problem.with_fixes(Fix("seconds", self._levels_ms[1] / 1000)))
+                place = f"{path}.together[{position}]"
+                self._check_duration(part, place, step.id)
+                if getattr(part, "seconds", 0) is None and not part.accompanies and step.until is None:
+                    self._no_seconds(part, place)
+        elif getattr(step, "seconds", None) is None and step.until is None:
+            self._no_seconds(step, path)
         else:
             self._check_duration(step, path, step.id)
         return len(self.diagnostics) == before
+
+    def _no_seconds(self, step: Step, path: str) -> None:
+        problem = error("missing-field", f"{path}.{step.kind}", step.id, name="seconds")
+        self.diagnostics.append(problem.with_fixes(Fix("seconds", self._levels_ms[1] / 1000)))
 
     def _check_conflict(self, step: TogetherStep, path: str) -> None:
         seen: dict[str, str] = {}

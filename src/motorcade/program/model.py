@@ -12,16 +12,15 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
-from motorcade.config.check import Fault, Schema, check, choice, flag, table
+from motorcade.config.check import Fault, check, fits
 from motorcade.config.files import DEEPEST, DuplicateKeyError, is_deeper, parse, place_text
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.program.conditions import NAME, condition_document, condition_of
 from motorcade.program.diagnostics import Diagnostic, Fix, NotJsonError, ProgramError, error
+from motorcade.program.flow_steps import ALL_KINDS, DoStep, FlowStep, IfStep, TellStep
+from motorcade.program.schema import BESIDE, FORMAT, IN_TURN, PROFILE, SETTINGS, program_schema
 from motorcade.program.steps import (
     COMMON,
-    KINDS,
-    SECONDS,
-    SHORTEST_DWELL_S,
-    SIMPLE_KINDS,
     RepeatStep,
     Step,
     TogetherStep,
@@ -31,73 +30,6 @@ from motorcade.program.steps import (
     own_fields,
     walk,
 )
-
-FORMAT = "motorcade-program/1"
-# What may stand beside a program in its file, for the page alone.
-BESIDE = {
-    "mat": "The mat that it drives on; see docs/mats.md.",
-    "view": "Where the page's blocks stand, and comments on them.",
-}
-
-_PROFILE: Schema = {"type": "string", "default": "classroom"}
-# The followers' settings; the compiler chooses those that have no default.
-_SETTINGS: dict[str, Schema] = {
-    "accept_ir": flag(default=True),
-    "forward": flag(default=False),
-    "tagged": {"enum": [True, False, "auto"], "default": "auto"},
-    "dwell_seconds": {**SECONDS, "minimum": SHORTEST_DWELL_S},
-}
-
-
-@cache
-def program_schema() -> Schema:
-    """Return the JSON Schema (draft 2020-12) of ``*.motorcade.json``, made from the steps' declarations."""
-    leader = {key: schema for key, schema in COMMON.items() if key != "forward"}
-    steps = {"type": "array", "items": {"$ref": "#/$defs/follower_step"}}
-    followers = table(("dwell_seconds",), **_SETTINGS, steps=steps)
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "Motorcade program",
-        "description": "What a leader car and its followers do.",
-        **table(
-            tuple(BESIDE),
-            format=choice(FORMAT),
-            profile=_PROFILE,
-            leader={"type": "array", "items": {"$ref": "#/$defs/leader_step"}},
-            followers={**followers, "type": ["object", "null"], "default": None},
-            **{name: {"type": "object", "description": what} for name, what in BESIDE.items()},
-        ),
-        "$defs": {
-            "leader_step": _step("leader_step", leader),
-            "follower_step": _step("follower_step", COMMON),
-            "part": _one_of({kind.kind: _fields_of(kind, inside=True) for kind in SIMPLE_KINDS}, {"id": COMMON["id"]}),
-        },
-    }
-
-
-def _step(name: str, common: dict[str, Schema]) -> Schema:
-    kinds = {kind.kind: _fields_of(kind) for kind in SIMPLE_KINDS}
-    kinds[TogetherStep.kind] = {"type": "array", "items": {"$ref": "#/$defs/part"}}
-    steps = {"type": "array", "items": {"$ref": f"#/$defs/{name}"}}
-    kinds[RepeatStep.kind] = _fields_of(RepeatStep, steps=steps)
-    return _one_of(kinds, common)
-
-
-def _one_of(kinds: dict[str, Schema], common: dict[str, Schema]) -> Schema:
-    return {
-        "type": "object",
-        "properties": {**kinds, **common},
-        "oneOf": [{"required": [kind]} for kind in kinds],
-        "additionalProperties": False,
-    }
-
-
-def _fields_of(kind: type[Step], inside: bool = False, **more: Schema) -> Schema:
-    """Return the schema of a step's own object; a step that accompanies others has no fields inside a together."""
-    own = own_fields(kind)
-    if inside and kind.accompanies:
-        own = ()
-    return table(**{own_field.name: own_field.metadata["schema"] for own_field in own}, **more)
 
 
 @dataclass(frozen=True)
@@ -124,7 +56,7 @@ class Followers:
     tagged: bool | Literal["auto"] = "auto"
 
     def __post_init__(self) -> None:
-        for name, schema in _SETTINGS.items():
+        for name, schema in SETTINGS.items():
             if getattr(self, name) is not None or "default" in schema:
                 check_field(self, "followers", name, schema)
         object.__setattr__(self, "steps", as_steps(self.steps))
@@ -138,6 +70,7 @@ class Program:
         leader: the leader's steps.
         followers: the followers'; None where only the leader is programmed.
         profile: the cars' profile.
+        functions: steps of the leader by their name, which DoStep does.
         beside: what stands beside the program in its file, by the keys of BESIDE: the mat, and how the page shows the
             blocks. Two programs that differ in nothing else are equal.
     """
@@ -145,6 +78,7 @@ class Program:
     leader: tuple[Step, ...]
     followers: Followers | None = None
     profile: str = "classroom"
+    functions: Mapping[str, tuple[Step, ...]] = field(default_factory=dict, hash=False)
     beside: Mapping[str, Any] = field(default_factory=dict, compare=False, repr=False)
 
     def __init__(
@@ -153,14 +87,20 @@ class Program:
         followers: Followers | Iterable[Step] | None = None,
         profile: str = "classroom",
         beside: Mapping[str, Any] | None = None,
+        functions: Mapping[str, Iterable[Step]] | None = None,
     ):
         if followers is not None and not isinstance(followers, Followers):
             followers = Followers(as_steps(followers))
         object.__setattr__(self, "leader", as_steps(leader))
         object.__setattr__(self, "followers", followers)
         object.__setattr__(self, "profile", profile)
+        named = {name: as_steps(steps) for name, steps in (functions or {}).items()}
+        for name in named:
+            if not fits(name, NAME):
+                raise ValueError(f"program: no function can be called {name!r}")
+        object.__setattr__(self, "functions", named)
         object.__setattr__(self, "beside", dict(beside or {}))
-        check_field(self, "program", "profile", _PROFILE)
+        check_field(self, "program", "profile", PROFILE)
 
     def as_dict(self) -> dict[str, Any]:
         """The program for JSON, without what stands beside it; what has its usual value is left out."""
@@ -171,7 +111,10 @@ class Program:
             followers = {name: value for name, value in settings.items() if value not in (None, "auto")}
             followers["steps"] = [_step_as_dict(step) for step in self.followers.steps]
         leader = [_step_as_dict(step) for step in self.leader]
-        return {"format": FORMAT, "profile": self.profile, "leader": leader, "followers": followers}
+        document = {"format": FORMAT, "profile": self.profile, "leader": leader, "followers": followers}
+        if self.functions:
+            document["functions"] = {name: list(map(_step_as_dict, steps)) for name, steps in self.functions.items()}
+        return document
 
     def as_json(self) -> str:
         """The text of the project file, with all that stands beside the program."""
@@ -189,6 +132,8 @@ class Program:
 def placed_steps(program: Program) -> Iterator[tuple[str, Step]]:
     """Yield every step of a program, those inside of others included, with its place."""
     yield from walk(program.leader, "leader")
+    for name, steps in program.functions.items():
+        yield from walk(steps, f"functions.{name}")
     if program.followers:
         yield from walk(program.followers.steps, "followers.steps")
 
@@ -230,7 +175,8 @@ def program_from_dict(document: Any) -> Program:
     if checked["followers"]:
         settings = dict(checked["followers"])
         followers = Followers(list(map(_step_from, settings.pop("steps"))), **settings)
-    return Program(leader, followers, checked["profile"], beside)
+    functions = {name: list(map(_step_from, steps)) for name, steps in checked["functions"].items()}
+    return Program(leader, followers, checked["profile"], beside, functions)
 
 
 def _diagnostic(fault: Fault, document: Any) -> Diagnostic:
@@ -259,7 +205,7 @@ def _diagnostic(fault: Fault, document: Any) -> Diagnostic:
 def _missing(around: tuple[str | int, ...], key: str, step_id: str | None) -> Diagnostic:
     """Return the error for a key that isn't there, with its first value where it has one."""
     missing = error("missing-field", _path(around), step_id, name=key)
-    kind = KINDS.get(str(around[-1])) if around else None
+    kind = ALL_KINDS.get(str(around[-1])) if around else None
     if kind is None:
         return missing
     value = first_value(kind, key)
@@ -285,31 +231,59 @@ def _id_at(document: Any, place: tuple[str | int, ...]) -> str | None:
 
 
 def _step_from(document: dict[str, Any]) -> Step:
-    kind = next(key for key in document if key in KINDS)
+    kind = next(key for key in document if key in ALL_KINDS)
     content = document[kind]
     if kind == TogetherStep.kind:
         content = {"steps": tuple(map(_step_from, content))}
     elif kind == RepeatStep.kind:
         content["steps"] = tuple(map(_step_from, content["steps"]))
-    return KINDS[kind].of_checked({**document, **content})
+    elif kind == IfStep.kind:
+        then, otherwise = (tuple(map(_step_from, content[name])) for name in ("then", "else"))
+        content = {"when": condition_of(content["when"]), "then": then, "otherwise": otherwise}
+    elif kind == TellStep.kind:
+        told = content["step"]
+        content = {"step": None if told == IN_TURN else _step_from(told)}
+    elif kind == DoStep.kind:
+        content = {"function": content}
+    values = {**document, **content}
+    if "until" in values:
+        values["until"] = condition_of(values["until"])
+    return ALL_KINDS[kind].of_checked(values)
 
 
 def _step_as_dict(step: Step) -> dict[str, Any]:
-    if isinstance(step, TogetherStep):
-        document: dict[str, Any] = {step.kind: [_step_as_dict(part) for part in step.steps]}
-    else:
-        content = {}
-        for own in own_fields(type(step)):
-            value = getattr(step, own.name)
-            if value is not None:
-                content[own.name] = value
-        if isinstance(step, RepeatStep):
-            content["steps"] = [_step_as_dict(part) for part in step.steps]
-        document = {step.kind: content}
+    document: dict[str, Any] = {step.kind: _content_as_dict(step)}
     for name in COMMON:
         if getattr(step, name) is not None:
             document[name] = getattr(step, name)
+    if step.until is not None and not isinstance(step, RepeatStep):
+        document["until"] = condition_document(step.until)
     return document
+
+
+def _content_as_dict(step: Step) -> Any:
+    """Return what stands below the key of a step's kind."""
+    match step:
+        case TogetherStep():
+            return list(map(_step_as_dict, step.steps))
+        case DoStep():
+            return step.function
+        case TellStep():
+            return {"step": _step_as_dict(step.step) if step.step else IN_TURN}
+        case IfStep():
+            then, otherwise = (list(map(_step_as_dict, steps)) for steps in step.lists.values())
+            content = {"when": condition_document(step.when), "then": then}
+            return content | {"else": otherwise} if otherwise else content
+    content = {}
+    for own in own_fields(type(step)):
+        value = getattr(step, own.name)
+        if value is not None and (not isinstance(step, FlowStep) or value != own.default):
+            content[own.name] = value
+    if isinstance(step, RepeatStep):
+        if step.until is not None:
+            content["until"] = condition_document(step.until)
+        content["steps"] = list(map(_step_as_dict, step.steps))
+    return content
 
 
 def _not_json(reason: Any) -> NotJsonError:
@@ -351,12 +325,12 @@ def _equal_at_start(some: Sequence[Step], others: Sequence[Step]) -> int:
 @cache
 def without_ids(step: Step) -> Step:
     """Return a step, and the steps inside it, without the blocks that they came from."""
-    if step.inside:
-        steps: dict[str, Any] = {"steps": tuple(map(without_ids, step.inside))}
-        return replace(step, id=None, **steps)
-    if step.id is None:
+    changes: dict[str, Any] = {name: tuple(map(without_ids, steps)) for name, steps in step.lists.items()}
+    if isinstance(step, TellStep) and step.step:
+        changes["step"] = without_ids(step.step)
+    if step.id is None and not changes:
         return step
-    return replace(step, id=None)
+    return replace(step, id=None, **changes)
 
 
 def bare(program: Program) -> Program:
@@ -364,7 +338,8 @@ def bare(program: Program) -> Program:
     followers = program.followers
     if followers:
         followers = replace(followers, steps=tuple(map(without_ids, followers.steps)))
-    return Program(map(without_ids, program.leader), followers, program.profile)
+    functions = {name: map(without_ids, steps) for name, steps in program.functions.items()}
+    return Program(map(without_ids, program.leader), followers, program.profile, functions=functions)
 
 
 def with_ids_of(program: Program, before: Program) -> Program:
@@ -374,21 +349,26 @@ def with_ids_of(program: Program, before: Program) -> Program:
     followers = program.followers
     if followers and before.followers:
         followers = replace(followers, steps=_steps_with_ids(followers.steps, before.followers.steps, taken))
-    return replace(program, leader=tuple(leader), followers=followers)
+    functions = {
+        name: tuple(_steps_with_ids(steps, before.functions.get(name, ()), taken))
+        for name, steps in program.functions.items()
+    }
+    return replace(program, leader=tuple(leader), followers=followers, functions=functions)
 
 
 def _steps_with_ids(steps: Sequence[Step], before: Sequence[Step], taken: set[str]) -> list[Step]:
     made = []
     for step, position in zip(steps, align(before, steps), strict=True):
         changes: dict[str, Any] = {}
-        old_inside: tuple[Step, ...] = ()
+        old_lists: dict[str, tuple[Step, ...]] = {}
         if position is not None:
             old = before[position]
-            old_inside = old.inside
+            old_lists = old.lists
             if old.id is not None and step.id is None and old.id not in taken:
                 changes["id"] = old.id
-        if step.inside:
-            changes["steps"] = tuple(_steps_with_ids(step.inside, old_inside, taken))
+        for name, steps in step.lists.items():
+            if steps:
+                changes[name] = tuple(_steps_with_ids(steps, old_lists.get(name, ()), taken))
         if changes:
             step = replace(step, **changes)
         made.append(step)

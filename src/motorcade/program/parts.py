@@ -12,6 +12,8 @@ from motorcade.words.formats import CONTROL
 
 # No program holds more words than this, so no step is cut into more pieces.
 MOST_PIECES = 255
+# The duration of a part without seconds, which only a condition ends.
+ENDLESS_MS = 1 << 40
 
 
 class WordPart(NamedTuple):
@@ -98,7 +100,7 @@ def parts_of(step: Step) -> WordParts:
     parts = []
     for single in steps:
         parts.append(_part_of(single))
-        if isinstance(single, AccompanyingStep) and single.seconds is not None:
+        if isinstance(single, AccompanyingStep) and (single.seconds is not None or single.until is not None):
             parts.append(_part_of(WaitStep(single.seconds)))
     return tuple(sorted(parts, key=lambda part: (-part.duration_low, -part.bits)))
 
@@ -112,7 +114,9 @@ def _part_of(step: Any) -> WordPart:
         bits |= value << low
     if duration_low < 0:
         return WordPart(bits, -1, 0)
-    duration_ms = to_ms(step.seconds)
+    duration_ms: int | None = ENDLESS_MS
+    if step.seconds is not None:
+        duration_ms = to_ms(step.seconds)
     if duration_ms is None:
         raise ValueError(f"{step.seconds} s are no whole milliseconds")
     return WordPart(bits, duration_low, duration_ms)

@@ -21,8 +21,9 @@ from motorcade.program import python_syntax as fixes
 from motorcade.program import steps
 from motorcade.program.blocks import MOST_DEEP
 from motorcade.program.diagnostics import TEXT, Diagnostic, Fix, ProgramError, Span, error, warning
-from motorcade.program.model import FORMAT, Followers, Program, program_from_dict
+from motorcade.program.model import Followers, Program, program_from_dict
 from motorcade.program.python_syntax import PythonSource
+from motorcade.program.schema import FORMAT
 from motorcade.program.steps import COMMON, KINDS, SIMPLE_KINDS, RepeatStep, Step, TogetherStep
 
 # The kind behind each name of a step.

@@ -196,7 +196,7 @@ class _Writer:
             has_default = parameter in defaults
             if has_default and value == defaults[parameter]:
                 continue
-            if has_default and parameter != names[0]:
+            if has_default and defaults[parameter] is not None:
                 named.append(f"{parameter}={plain(value)!r}")
             else:
                 positional.append(repr(plain(value)))
@@ -213,7 +213,8 @@ class _Writer:
             place = f"{path}[{number}]"
             own = self._comments.pop(place, _Comments())
             item = _Item(own.before, own.behind, own.end, step)
-            item.inside = self._items(step.inside, f"{place}.{step.inside_at}")
+            for name, inside in step.lists.items():
+                item.inside += self._items(inside, f"{place}.{step.inside_at[name]}")
             if self._old is not None:
                 node = self._nodes[place]
                 text = self._old.source.text[node.start : node.end]

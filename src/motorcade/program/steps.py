@@ -16,6 +16,7 @@ from motorcade.config.arguments import plain
 from motorcade.config.check import Schema, allowed, choice, fits, flag, number, whole
 from motorcade.devices import DEVICES
 from motorcade.devices.declaration import Input
+from motorcade.program.conditions import Condition
 from motorcade.words.formats import CONTROL
 
 LONGEST_S = 86400
@@ -37,7 +38,7 @@ def _field_of(chosen: Input) -> Any:
         schema = whole(chosen.least, CONTROL.field(chosen.bits).maximum)
         about |= {"schema": schema, "menu": chosen.menu, "first": chosen.first, "least": chosen.least}
     else:
-        about["schema"] = SECONDS
+        return field(default=None, metadata={**about, "schema": SECONDS})
     return field(metadata=about)
 
 
@@ -48,13 +49,15 @@ class Step:
     Attributes:
         id: the block that it came from.
         accept_ir, forward: for a follower's step only; None takes the setting of the followers' program.
+        until: the condition that ends a leader's step early, or the repetitions of a repeat.
         kind: the kind's name in JSON, in a block's type and in locales: ``follow_line`` for the class FollowLineStep.
         names: its names in Python, a class or functions of this module, each with the fields that the name decides.
         group: the part of a control word that it fills; a car has one of each, so two steps of one group can't start
             together.
         sets: fields of the control word that are the same in every step of the kind.
         in_start: whether the page's first level, with few kinds of blocks, has its block.
-        inside_at: where the steps inside it stand, below its own place in the program; empty where it holds none.
+        inside_at: the names of its lists of steps, each with where that stands below the step's own place.
+        decides: the kind is for a leader that decides, and its block holds no seconds.
         accompanies: the step has a bit of the word but no duration of its own. In a together it lasts as long as the
             steps beside it. Alone it has ``seconds``, for which the car stands still.
     """
@@ -64,11 +67,13 @@ class Step:
     group: ClassVar[str] = ""
     sets: ClassVar[dict[str, int]] = {}
     in_start: ClassVar[bool] = False
-    inside_at: ClassVar[str] = ""
+    inside_at: ClassVar[dict[str, str]] = {}
+    decides: ClassVar[bool] = False
     accompanies: ClassVar[bool] = False
     id: str | None = None
     accept_ir: bool | None = None
     forward: bool | None = None
+    until: Condition | None = None
 
     def __init_subclass__(cls) -> None:
         """Name the kind, and give one that a device declares its attributes, and its fields their schemas."""
@@ -89,16 +94,20 @@ class Step:
                 setattr(cls, chosen.name, _field_of(chosen))
 
     @property
+    def lists(self) -> dict[str, tuple["Step", ...]]:
+        """Its lists of steps, by their names."""
+        return {name: getattr(self, name) for name in self.inside_at}
+
+    @property
     def inside(self) -> tuple["Step", ...]:
         """The steps inside it; none in a step that holds none."""
-        steps: tuple[Step, ...] = getattr(self, "steps", ())
-        return steps
+        return tuple(step for steps in self.lists.values() for step in steps)
 
     @classmethod
     def of_checked(cls, values: dict[str, Any]) -> "Step":
         """Return a step of values that fit already: to check a large program again takes a fifth of its time."""
         step = object.__new__(cls)
-        for name, default in _DEFAULTS[cls]:
+        for name, default in _values_of(cls):
             object.__setattr__(step, name, values.get(name, default))
         return step
 
@@ -109,6 +118,8 @@ class Step:
         for own in own_fields(type(self)):
             if getattr(self, own.name) is not None or own.default is not None:
                 check_field(self, self.kind, own.name, own.metadata["schema"])
+        if self.until is not None and (self.decides or not isinstance(self.until, Condition)):
+            raise ValueError(f"{self.kind}: until is {self.until!r}; allowed: a condition, where the step takes time")
 
 
 def check_field(made: object, what: str, name: str, schema: Schema) -> None:
@@ -135,6 +146,8 @@ class AccompanyingStep(Step):
 
 def own_fields(kind: type[Step]) -> tuple[Any, ...]:
     """Return the dataclass fields of a kind that have a schema: all but id, the settings and the steps inside."""
+    if kind not in _OWN_FIELDS:
+        _OWN_FIELDS[kind] = tuple(own for own in fields(kind) if "schema" in own.metadata)
     return _OWN_FIELDS[kind]
 
 
@@ -147,6 +160,18 @@ def first_value(kind: type[Step], name: str) -> Any:
     return []
 
 
+# What is asked of each kind again and again, once it was asked.
+_OWN_FIELDS: dict[type[Step], tuple[Any, ...]] = {}
+_VALUES: dict[type[Step], list[tuple[str, Any]]] = {}
+
+
+def _values_of(kind: type[Step]) -> list[tuple[str, Any]]:
+    """Return the fields of a kind with their defaults."""
+    if kind not in _VALUES:
+        _VALUES[kind] = [(own.name, own.default) for own in fields(kind)]
+    return _VALUES[kind]
+
+
 # Written by scripts/generate.py from motorcade.devices; don't edit.
 @dataclass(frozen=True, slots=True)
 class DriveStep(Step):
@@ -154,14 +179,14 @@ class DriveStep(Step):
 
     direction: str
     speed: int
-    seconds: float
+    seconds: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class WaitStep(Step):
     """Stand still for some seconds (c3 at speed 0)."""
 
-    seconds: float
+    seconds: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,7 +194,7 @@ class LedStep(Step):
     """Light one of the LEDs 0 to 3 for some seconds (c4)."""
 
     which: int
-    seconds: float
+    seconds: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,7 +202,7 @@ class AvoidStep(Step):
     """Avoid obstacles nearer than radius level 0 to 3 for some seconds (c5)."""
 
     radius: int
-    seconds: float
+    seconds: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,7 +220,7 @@ class FollowLineStep(Step):
     """Drive along a dark line for some seconds (c3 forward with the bit floor)."""
 
     speed: int
-    seconds: float
+    seconds: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,7 +229,7 @@ class TurnToLineStep(Step):
 
     direction: str
     speed: int
-    seconds: float
+    seconds: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,7 +237,7 @@ class StopOnDarkStep(Step):
     """Drive on with random turns, but stand on a dark floor (c3 random with the bit floor)."""
 
     speed: int
-    seconds: float
+    seconds: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -242,42 +267,42 @@ pir = PirStep
 floor = FloorStep
 
 
-def forward(seconds: float, speed: int = 2, **more: Any) -> DriveStep:
+def forward(seconds: float | None = None, speed: int = 2, **more: Any) -> DriveStep:
     """Drive straight on."""
     return DriveStep("forward", speed, seconds, **more)
 
 
-def left(seconds: float, speed: int = 2, **more: Any) -> DriveStep:
+def left(seconds: float | None = None, speed: int = 2, **more: Any) -> DriveStep:
     """Turn left on the spot."""
     return DriveStep("left", speed, seconds, **more)
 
 
-def right(seconds: float, speed: int = 2, **more: Any) -> DriveStep:
+def right(seconds: float | None = None, speed: int = 2, **more: Any) -> DriveStep:
     """Turn right on the spot."""
     return DriveStep("right", speed, seconds, **more)
 
 
-def wander(seconds: float, speed: int = 2, **more: Any) -> DriveStep:
+def wander(seconds: float | None = None, speed: int = 2, **more: Any) -> DriveStep:
     """Drive on with random turns."""
     return DriveStep("random", speed, seconds, **more)
 
 
-def follow_line(seconds: float, speed: int = 2, **more: Any) -> FollowLineStep:
+def follow_line(seconds: float | None = None, speed: int = 2, **more: Any) -> FollowLineStep:
     """Drive along a dark line."""
     return FollowLineStep(speed, seconds, **more)
 
 
-def turn_left_to_line(seconds: float, speed: int = 2, **more: Any) -> TurnToLineStep:
+def turn_left_to_line(seconds: float | None = None, speed: int = 2, **more: Any) -> TurnToLineStep:
     """Turn left to a line."""
     return TurnToLineStep("left", speed, seconds, **more)
 
 
-def turn_right_to_line(seconds: float, speed: int = 2, **more: Any) -> TurnToLineStep:
+def turn_right_to_line(seconds: float | None = None, speed: int = 2, **more: Any) -> TurnToLineStep:
     """Turn right to a line."""
     return TurnToLineStep("right", speed, seconds, **more)
 
 
-def stop_on_dark(seconds: float, speed: int = 2, **more: Any) -> StopOnDarkStep:
+def stop_on_dark(seconds: float | None = None, speed: int = 2, **more: Any) -> StopOnDarkStep:
     """Drive on with random turns, but stand on dark."""
     return StopOnDarkStep(speed, seconds, **more)
 
@@ -290,15 +315,15 @@ class TogetherStep(Step):
     """Steps of different groups that start at once; it lasts as long as its longest."""
 
     in_start: ClassVar[bool] = True
-    inside_at: ClassVar[str] = "together"
+    inside_at: ClassVar[dict[str, str]] = {"steps": "together"}
     steps: tuple[Step, ...]
 
     def __post_init__(self) -> None:
         Step.__post_init__(self)
         for part in as_steps(self.steps):
-            if part.accept_ir is not None or part.forward is not None:
-                raise ValueError("together: accept_ir and forward belong to the whole of it, not to a part")
-            if part.inside_at:
+            if part.accept_ir is not None or part.forward is not None or part.until is not None:
+                raise ValueError("together: accept_ir, forward and until belong to the whole of it, not to a part")
+            if type(part) not in SIMPLE_KINDS:
                 raise ValueError(f"together: {part.kind} can't be part of it")
             if isinstance(part, AccompanyingStep) and part.seconds is not None:
                 raise ValueError(f"together: {part.kind} lasts as long as the others, so it takes no seconds here")
@@ -306,22 +331,22 @@ class TogetherStep(Step):
 
 @dataclass(frozen=True, slots=True)
 class RepeatStep(Step):
-    """Steps done over and over."""
+    """Steps done over and over: so many times, until a condition holds, or for ever where neither is given."""
 
     in_start: ClassVar[bool] = True
-    inside_at: ClassVar[str] = "repeat.steps"
-    times: int = field(metadata={"schema": whole(1, 1_000_000_000), "first": 2})
-    steps: tuple[Step, ...]
+    inside_at: ClassVar[dict[str, str]] = {"steps": "repeat.steps"}
+    times: int | None = field(default=None, metadata={"schema": whole(1, 1_000_000_000), "first": 2})
+    steps: tuple[Step, ...] = ()
 
     def __post_init__(self) -> None:
         Step.__post_init__(self)
         as_steps(self.steps)
+        if self.times is not None and self.until is not None:
+            raise ValueError("repeat: it has times or until, not both")
 
 
-_ALL_KINDS: tuple[type[Step], ...] = (*SIMPLE_KINDS, RepeatStep, TogetherStep)
-KINDS = {kind.kind: kind for kind in _ALL_KINDS}
-_OWN_FIELDS = {kind: tuple(own for own in fields(kind) if "schema" in own.metadata) for kind in _ALL_KINDS}
-_DEFAULTS = {kind: [(own.name, own.default) for own in fields(kind)] for kind in _ALL_KINDS}
+KINDS: dict[str, type[Step]] = {kind.kind: kind for kind in SIMPLE_KINDS}
+KINDS |= {RepeatStep.kind: RepeatStep, TogetherStep.kind: TogetherStep}
 
 
 def together(*steps: Step, **more: Any) -> TogetherStep:
@@ -350,4 +375,10 @@ def walk(steps: Iterable[Step], path: str) -> Iterator[tuple[str, Step]]:
     for position, step in enumerate(steps):
         here = f"{path}[{position}]"
         yield here, step
-        yield from walk(step.inside, f"{here}.{step.inside_at}")
+        for name, inner in step.lists.items():
+            yield from walk(inner, f"{here}.{step.inside_at[name]}")
+
+
+def is_deciding(step: Step) -> bool:
+    """Whether only a leader that decides can do a step."""
+    return step.decides or step.until is not None or (isinstance(step, RepeatStep) and step.times is None)

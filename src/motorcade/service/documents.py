@@ -10,7 +10,8 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats.document import document_in, mat_of
 from motorcade.program.blocks import Workspace, blocks_of, program_of
 from motorcade.program.diagnostics import NotJsonError, ProgramError
-from motorcade.program.model import FORMAT, Program, program_from_dict, read_document
+from motorcade.program.model import Program, program_from_dict, read_document
+from motorcade.program.schema import FORMAT
 from motorcade.service.messages import Difficulty, Example, MatDocument, Project, sentences
 
 # Each is the file ``gallery/<id>.motorcade.json``, in the order in which the page lists them; with its difficulty.

@@ -17,7 +17,8 @@ from msgspec import Meta, Struct
 from motorcade.errors import MotorcadeError
 from motorcade.missions.schema import FORMAT as MISSION_FORMAT
 from motorcade.program.diagnostics import ProgramError
-from motorcade.program.model import FORMAT, read_document
+from motorcade.program.model import read_document
+from motorcade.program.schema import FORMAT
 from motorcade.service import messages
 
 # A character takes at most four bytes, three where it is quoted: with a digest a file name stays below 255 bytes.

@@ -32,7 +32,10 @@ _EDITORS: tuple[Literal["leader", "followers"], ...] = ("leader", "followers")
 # Errors of the whole program: without the block that they name, it would be another one.
 _TOO_MANY = ("too-many-states", "too-many-words")
 # The fields for which a button has words of its own; of others it says the value alone.
-_FIXES = ("accept_ir", "behind", "delete", "dwell_seconds", "seconds", "tagged", "text", "times")
+_FIXES = (
+    *("accept_ir", "behind", "counter", "delete", "dwell_seconds"),
+    *("function", "seconds", "tagged", "text", "times"),
+)
 # What a block around the wrong one, or the followers' hat, decides.
 _SETTINGS = ("accept_ir", "dwell_seconds", "tagged")
 # The fields of steps, by whose names the sentences of a file's errors tell where they are.

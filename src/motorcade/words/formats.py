@@ -1,7 +1,8 @@
-"""The five word formats of Motorcade, each declared once, their fingerprints, and what drive commands switch.
+"""The seven word formats of Motorcade, each declared once, their fingerprints, and what drive commands switch.
 
-Sources: seed 000 (h1-h3, c1-c9) for HEADER and CONTROL, seed 001 for DRIVE, docs/drive.md for LIGHTS, which is a second
-code of drive commands, the protocol's section "Tagged words" for FRAME.
+Sources: seed 000 (h1-h3, c1-c9) for HEADER and CONTROL, the protocol's section "A leader that decides" for STATE and
+FLOW, seed 001 for DRIVE, docs/drive.md for LIGHTS, which is a second code of drive commands, the protocol's section
+"Tagged words" for FRAME.
 """
 
 from binascii import crc32
@@ -11,6 +12,7 @@ from typing import NamedTuple
 from motorcade.devices import DEVICES
 from motorcade.errors import MotorcadeError
 from motorcade.words.field import WORD_MASK, Field, WordError, WordFormat
+from motorcade.words.flow import CONDITIONS, OPS, UNTIL_CONDITIONS
 from motorcade.words.infrared import CHECK_MASKS
 
 HEADER = WordFormat(
@@ -27,7 +29,15 @@ HEADER = WordFormat(
             goes_with="follower_words",
             one_hot=True,
         ),
-        Field("reserved", 7, 0, "1: follower words travel with a tag", "seed 000, h3", reserved=True, defined=1),
+        Field(
+            "reserved",
+            7,
+            0,
+            "1: follower words travel with a tag; 2: the leader decides; 3: both",
+            "seed 000, h3",
+            reserved=True,
+            defined=3,
+        ),
     ),
 )
 
@@ -47,6 +57,38 @@ CONTROL = WordFormat(
         *_ACTIONS,
         Field("reserved", 10, 1, "0; on the air tag and check", "seed 000, c8", reserved=True),
         Field("parity", 0, 0, "set on the air for an even number of ones", "seed 000, c9"),
+    ),
+)
+
+_DECIDES = "protocol, section 12"
+
+# A state of a leader that decides: what the leader does until its time is over, or until a condition ends it.
+STATE = WordFormat(
+    "state",
+    (
+        Field("flow", 31, 31, "a state; 1 in a flow word", _DECIDES, only=((0, "a state"),)),
+        *_ACTIONS[1:],
+        Field("until", 10, 7, "the condition that ends the state", _DECIDES, only=UNTIL_CONDITIONS),
+        Field("until_not", 6, 6, "it ends when the condition does not hold", _DECIDES, needs="until"),
+        Field("until_level", 5, 4, "level of the condition", _DECIDES, needs="until"),
+        Field("reserved", 3, 0, "0", _DECIDES, reserved=True),
+    ),
+)
+
+# A flow word of such a leader: it takes no time.
+FLOW = WordFormat(
+    "flow",
+    (
+        Field("flow", 31, 31, "a flow word; 0 in a state", _DECIDES, only=((1, "a flow word"),), default=1),
+        Field("op", 30, 28, "what the word does", _DECIDES, only=OPS),
+        Field("target", 27, 20, "index of a leader word; tell: of a follower word, 255 in turn", _DECIDES),
+        Field("condition", 19, 16, "jump and call: only if this holds", _DECIDES, only=CONDITIONS),
+        Field("if_not", 15, 15, "only if the condition does not hold", _DECIDES, needs="condition"),
+        Field("level", 14, 13, "level of the condition; count: 0 set, 1 add, 2 take away, 3 random", _DECIDES),
+        Field("counter", 12, 11, "which of the four counters", _DECIDES),
+        Field("reserved", 10, 9, "0", _DECIDES, reserved=True),
+        Field("value", 8, 1, "what a counter or chance is compared with, or changed by", _DECIDES),
+        Field("unused", 0, 0, "0", _DECIDES, reserved=True),
     ),
 )
 
@@ -100,11 +142,11 @@ FRAME = WordFormat(
     ),
 )
 
-FORMATS = (HEADER, CONTROL, DRIVE, LIGHTS, FRAME)
+FORMATS = (HEADER, CONTROL, STATE, FLOW, DRIVE, LIGHTS, FRAME)
 
 
 def format_named(name: str) -> WordFormat:
-    """Return the WordFormat called ``name``: header, control, drive, lights or frame. Raises WordError."""
+    """Return the WordFormat called ``name``: header, control, state, flow, drive, lights or frame. Raises WordError."""
     for word_format in FORMATS:
         if word_format.name == name:
             return word_format

@@ -46,6 +46,7 @@ without a copy; TAKEN remembers to drop them.
 
 from motorcade.words import uint8, uint8_at, uint16, uint16_at
 from motorcade.words.blocks import crc32_of, move_to_start
+from motorcade.words.flow import DECIDES, TAGGED, word_fault
 from motorcade.words.positions import MOST_RESERVED, UNUSED_BITS
 from motorcade.words.request import (
     CHECK_BYTES,
@@ -82,7 +83,8 @@ NUMBER: uint8_at = 11  # number of the last check request
 TAKEN: uint8_at = 12  # 1 from the event IMAGE, 2 from REQUEST to the next call: its bytes are still in the buffer
 COUNT = 13  # of the last refusal: a number of bytes or words, or a position
 WORD = 14  # of the last refusal: the word
-SIZE = 15
+HEADER = 15  # of the last BAD_WORD: its image's header where the leader decides, else 0
+SIZE = 16
 
 # What next_event returns.
 NOTHING = 0  # nothing to do until bytes come
@@ -96,7 +98,7 @@ NOT_EMPTY = 6  # the empty image has r[COUNT] bytes
 CHANGED_REQUEST = 7  # a request was changed on the way
 OTHER_CHECKSUM = 8  # the checksum is r[CRC], not r[ANNOUNCED]
 BAD_HEADER = 9  # no image has the header r[WORD]
-BAD_WORD = 10  # no image has r[WORD] at position r[COUNT]
+BAD_WORD = 10  # no image has r[WORD] at position r[COUNT]; r[HEADER]: not behind that header
 TOO_LARGE = 11  # the image has r[COUNT] words, more than the car holds
 REQUEST = 12  # no refusal: answer the request at buffer[r[START]] (`motorcade.words.request`)
 
@@ -221,8 +223,10 @@ def _read_header(r: list[int], buffer: bytearray) -> uint8:
     # A dwell has one bit where there are follower words, and none where there are none.
     is_good = 1 if reserved <= MOST_RESERVED and (dwell == 0 or dwell & (dwell - 1) == 0) else 0
     if follower_words == 0:
-        is_good = 1 if dwell == 0 and reserved == 0 else 0
+        is_good = 1 if dwell == 0 and (reserved == 0 or reserved == DECIDES) else 0
     elif dwell == 0:
+        is_good = 0
+    if leader_states == 0 and reserved & DECIDES:
         is_good = 0
     if is_good == 0:
         r[WORD] = header
@@ -280,19 +284,42 @@ def _check_words(r: list[int], buffer: bytearray, work_words: uint16, end: uint1
     if end == begin:
         return is_left
     at: uint16 = begin
+    start: uint16 = r[START]
+    last_leader_word: uint16 = start
+    if buffer[start + 3] & DECIDES:
+        last_leader_word = start + buffer[start] * 4
     while at < end:
-        if (buffer[at + 2] & _UNUSED_IN_THIRD or buffer[at + 3] & _UNUSED_IN_FOURTH) and r[BAD_POSITION] == 0:
-            r[BAD_POSITION] = (at - r[START]) // 4
+        is_bad: uint8 = (buffer[at + 2] & _UNUSED_IN_THIRD) | (buffer[at + 3] & _UNUSED_IN_FOURTH)
+        if at <= last_leader_word:
+            is_bad = _leader_word_fault(buffer, start, at)
+        if is_bad and r[BAD_POSITION] == 0:
+            r[BAD_POSITION] = (at - start) // 4
         at = at + 4
     r[CRC] = crc32_of(buffer, begin, end, r[CRC])
     r[CHECKED] = end
     return is_left
 
 
+def _leader_word_fault(buffer: bytearray, start: uint16, at: uint16) -> uint8:
+    """Return what is wrong with the leader word at ``at`` of a leader that decides; its image begins at ``start``."""
+    return word_fault(
+        buffer[at],
+        buffer[at + 1],
+        buffer[at + 2],
+        buffer[at + 3],
+        buffer[start],
+        buffer[start + 1],
+        buffer[start + 3] & TAGGED,
+    )
+
+
 def _end_image(r: list[int], buffer: bytearray) -> uint8:
     """Return IMAGE, or a refusal, for the whole image at START, of which all words were checked."""
     if r[BAD_POSITION]:
         r[COUNT] = r[BAD_POSITION]
+        r[HEADER] = 0
+        if buffer[r[START] + 3] & DECIDES:
+            r[HEADER] = _word_at(buffer, r[START])
         r[WORD] = _word_at(buffer, r[START] + r[BAD_POSITION] * 4)
         _skip(r)
         return BAD_WORD

@@ -151,6 +151,8 @@ class CarEnd:
             return f"{OTHER_CHECKSUM} {r[receiver.CRC]:08x}, {r[receiver.ANNOUNCED]:08x} was announced"
         if event == receiver.BAD_HEADER:
             return brief("image-header", {"word": word})
+        if event == receiver.BAD_WORD and r[receiver.HEADER]:
+            return brief("image-word", {"header": r[receiver.HEADER], "position": count, "word": word})
         if event == receiver.BAD_WORD:
             return brief("image-word", {"position": count, "word": word})
         return brief(TOO_LARGE, {"words": count, "most": r[receiver.MOST_BYTES] // WORD_BYTES})

@@ -1,0 +1,153 @@
+"""The kinds of steps of a leader that decides, which no device declares, and their names in Python."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+from motorcade.config.check import choice, whole
+from motorcade.program.conditions import COUNT, NAME, Condition
+from motorcade.program.steps import KINDS, SIMPLE_KINDS, RepeatStep, Step, TogetherStep, as_steps
+from motorcade.words.flow import CONDITIONS, OPS
+
+
+@dataclass(frozen=True, slots=True)
+class IfStep(Step):
+    """Steps done only where a condition holds, and others where it doesn't."""
+
+    decides: ClassVar[bool] = True
+    inside_at: ClassVar[dict[str, str]] = {"then": "if.then", "otherwise": "if.else"}
+    when: Condition
+    then: tuple[Step, ...] = ()
+    otherwise: tuple[Step, ...] = ()
+
+    def __post_init__(self) -> None:
+        Step.__post_init__(self)
+        if not isinstance(self.when, Condition):
+            raise ValueError(f"if: when is {self.when!r}; allowed: a condition")
+        as_steps(self.then)
+        as_steps(self.otherwise)
+
+
+@dataclass(frozen=True, slots=True)
+class SetStep(Step):
+    """Give a counter a value, or a random one from 0 to ``random``."""
+
+    decides: ClassVar[bool] = True
+    counter: str = field(metadata={"schema": NAME})
+    to: int | None = field(default=None, metadata={"schema": COUNT})
+    random: int | None = field(default=None, metadata={"schema": COUNT})
+
+    def __post_init__(self) -> None:
+        Step.__post_init__(self)
+        if (self.to is None) == (self.random is None):
+            raise ValueError("set: it has either to or random")
+
+
+@dataclass(frozen=True, slots=True)
+class ChangeStep(Step):
+    """Add to a counter, up to 255, or take away from it, down to 0."""
+
+    decides: ClassVar[bool] = True
+    counter: str = field(metadata={"schema": NAME})
+    by: int = field(default=1, metadata={"schema": whole(-COUNT["maximum"], COUNT["maximum"]), "first": 1})
+
+
+@dataclass(frozen=True, slots=True)
+class TellStep(Step):
+    """Tell the followers one step at once; or, without a step, to go on with their own steps in turn."""
+
+    decides: ClassVar[bool] = True
+    step: Step | None = None
+
+    def __post_init__(self) -> None:
+        Step.__post_init__(self)
+        if self.step is not None and type(self.step) not in (*SIMPLE_KINDS, TogetherStep):
+            raise ValueError(f"tell: {self.step!r} is no step of a follower")
+
+
+@dataclass(frozen=True, slots=True)
+class DoStep(Step):
+    """Do the steps of one of the program's functions."""
+
+    decides: ClassVar[bool] = True
+    function: str = field(metadata={"schema": NAME})
+
+
+def _raw(most: int) -> Any:
+    return field(default=0, metadata={"schema": whole(0, most, default=0)})
+
+
+@dataclass(frozen=True, slots=True)
+class FlowStep(Step):
+    """One flow word, whose fields are given as they are: what no other step says."""
+
+    decides: ClassVar[bool] = True
+    op: str = field(metadata={"schema": choice(*(name for _, name in OPS))})
+    target: int = _raw(255)
+    condition: str = field(
+        default="always", metadata={"schema": choice(*(name for _, name in CONDITIONS), default="always")}
+    )
+    if_not: int = _raw(1)
+    level: int = _raw(3)
+    counter: int = _raw(3)
+    value: int = _raw(255)
+
+
+FLOW_KINDS: tuple[type[Step], ...] = (IfStep, SetStep, ChangeStep, TellStep, DoStep, FlowStep)
+ALL_KINDS: dict[str, type[Step]] = KINDS | {kind.kind: kind for kind in FLOW_KINDS}
+
+
+def repeat_until(until: Condition, *steps: Step, **more: Any) -> RepeatStep:
+    """Do these over and over, until a condition holds before the first of them."""
+    return RepeatStep(None, steps, until=until, **more)
+
+
+def forever(*steps: Step, **more: Any) -> RepeatStep:
+    """Do these for ever."""
+    return RepeatStep(None, steps, **more)
+
+
+def if_(when: Condition, then: Iterable[Step], otherwise: Iterable[Step] = (), **more: Any) -> IfStep:
+    """Do the steps of one list where a condition holds, else those of another."""
+    return IfStep(when, as_steps(then), as_steps(otherwise), **more)
+
+
+@dataclass(frozen=True, slots=True)
+class Random:
+    """A value for a counter: a random number from 0 to ``most``."""
+
+    most: int
+
+
+random = Random
+
+
+def set_counter(counter: str, to: int | Random, **more: Any) -> SetStep:
+    """Give a counter a value: 0 to 255, or a random one."""
+    if isinstance(to, Random):
+        return SetStep(counter, random=to.most, **more)
+    return SetStep(counter, to, **more)
+
+
+def change_counter(counter: str, by: int = 1, **more: Any) -> ChangeStep:
+    """Add to a counter, or take away from it."""
+    return ChangeStep(counter, by, **more)
+
+
+def tell(step: Step | None = None, **more: Any) -> TellStep:
+    """Tell the followers one step at once; without one, to go on with their own steps in turn."""
+    return TellStep(step, **more)
+
+
+def do(function: str, **more: Any) -> DoStep:
+    """Do the steps of a function of the program."""
+    return DoStep(function, **more)
+
+
+flow = FlowStep
+
+
+def conditions_of(step: Step) -> tuple[Condition, ...]:
+    """Return the condition that a step asks, if any."""
+    asked = step.when if isinstance(step, IfStep) else step.until
+    return () if asked is None else (asked,)
