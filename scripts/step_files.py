@@ -11,11 +11,13 @@ from motorcade.devices.declaration import Block
 from motorcade.locales import catalogue
 from motorcade.program import steps
 from motorcade.program.blocks import SETTINGS_IN_START
+from motorcade.program.conditions import SENSES
 from motorcade.program.parts import word_fields
 from motorcade.program.python_calls import STEP_NAMES
 from motorcade.program.steps import COMMON, KINDS, RepeatStep, Step, TogetherStep, first_value, own_fields
 from motorcade.words.field import WordFormat
-from motorcade.words.formats import CONTROL, HEADER
+from motorcade.words.flow import CONDITIONS, OPS
+from motorcade.words.formats import CONTROL, FLOW, HEADER, STATE
 
 _HEAD = """/** The kinds of steps, and the fields of both kinds of words. Written by scripts/generate.py; don't edit. */
 """
@@ -25,7 +27,17 @@ _ORDER = {
     "repeat": Block("order", "M4 11a7 7 0 0 1 12-4.500L19 9M19 4v5h-5M20 13a7 7 0 0 1-12 4.500L5 15M5 20v-5h5"),
 }
 # The groups of fields that no step fills, where they aren't called as their field.
-_GROUPS = {"leader_states": "count", "follower_words": "count", "accept_ir": "infrared", "forward": "infrared"}
+_GROUPS = {
+    "leader_states": "count",
+    "follower_words": "count",
+    "accept_ir": "infrared",
+    "forward": "infrared",
+    "until_not": "until",
+    "until_level": "until",
+    "if_not": "condition",
+    "level": "condition",
+    "unused": "reserved",
+}
 _BEGIN = "<!-- This section is written by scripts/generate.py from the declarations in program/steps.py. -->"
 _END = "<!-- End of the section. -->"
 
@@ -40,7 +52,10 @@ def step_types() -> str:
         "STEP_KINDS": step_kinds,
         "CATEGORIES": categories,
         "HAT_IN_START": [name.upper() for name in SETTINGS_IN_START],
-        "FORMATS": {each.name: _bits(each) for each in (HEADER, CONTROL)},
+        "FORMATS": {each.name: _bits(each) for each in (HEADER, CONTROL, STATE, FLOW)},
+        "SENSES": {sense: levels for sense, levels in SENSES.items() if len(levels) > 1},
+        "FLOW_OPS": [name for _, name in OPS],
+        "FLOW_CONDITIONS": [name for _, name in CONDITIONS],
         "HUES": groups,
         "PYTHON_CALLS": [_call(name, kind) for kind in KINDS.values() for name in kind.names],
         "PYTHON_SETTINGS": [name for name, schema in COMMON.items() if schema["type"] == "boolean"],

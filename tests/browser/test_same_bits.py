@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from motorcade import World
 from motorcade.mats import read_mat
 from motorcade.missions.document import missions
-from motorcade.program.blocks import program_of
+from motorcade.program.blocks_reader import program_of
 from motorcade.program.compiler import compile_program
 from motorcade.service.documents import EXAMPLES as GALLERY
 from motorcade.service.documents import example

@@ -10,8 +10,22 @@ from hypothesis import strategies as st
 from motorcade import Followers, Program, ProgramError, compile_program
 from motorcade import forward as drive
 from motorcade.locales import languages
-from motorcade.program.blocks import MOST_DEEP, MOST_IN_A_ROW, blocks_of, program_of
+from motorcade.program.blocks import MOST_DEEP, MOST_IN_A_ROW, blocks_of
+from motorcade.program.blocks_reader import program_of
+from motorcade.program.conditions import All, AnyOf, Not, chance, counter, dark, heard, obstacle, person
+from motorcade.program.flow_steps import (
+    FlowStep,
+    change_counter,
+    do,
+    forever,
+    if_,
+    random,
+    repeat_until,
+    set_counter,
+    tell,
+)
 from motorcade.program.steps import led, left, pir, repeat, together, voice, wait
+from support.deciding import deciding_programs
 from support.strategies import JSON, programs
 
 DRIVE = {"type": "motorcade_drive", "fields": {"DIRECTION": "forward", "SPEED": "2", "SECONDS": 3}}
@@ -59,6 +73,12 @@ def test_a_program_is_the_same_after_it_was_blocks(program):
     assert program_of(leader, told, program.profile) == program
 
 
+@given(deciding_programs())
+def test_a_program_of_a_leader_that_decides_is_the_same_after_it_was_blocks(program):
+    leader, told = json.loads(json.dumps(blocks_of(program)))
+    assert program_of(leader, told, program.profile) == program
+
+
 @pytest.mark.parametrize(
     ("block", "step"),
     [
@@ -74,6 +94,151 @@ def test_a_program_is_the_same_after_it_was_blocks(program):
 )
 def test_a_block_is_a_step(block, step):
     assert program_of(workspace(block)).leader == (step,)
+
+
+def when(kind, inputs=None, parts=None, **fields):
+    """The block of a condition."""
+    block = {"type": f"motorcade_when_{kind}", "fields": fields}
+    if inputs:
+        block["inputs"] = {name: {"block": inner} for name, inner in inputs.items()}
+    if parts is not None:
+        block["extraState"] = {"parts": parts}
+    return block
+
+
+PERSON = when("person")
+NEAR = when("obstacle", LEVEL="2")
+
+
+def asking(kind, asked, rows=None, **fields):
+    """A block with a condition in its gap, and rows of blocks."""
+    name = "WHEN" if kind.startswith("if") else "UNTIL"
+    inputs = {name: {"block": asked}} if asked else {}
+    for capitals, blocks in (rows or {}).items():
+        inputs[capitals] = {"block": row(*blocks)}
+    return {"type": f"motorcade_{kind}", "id": kind, "fields": fields, "inputs": inputs}
+
+
+@pytest.mark.parametrize(
+    ("block", "step"),
+    [
+        (asking("wait_until", PERSON), wait(until=person())),
+        (asking("wait", PERSON, SECONDS=2, ENDS="until"), wait(until=person())),
+        (asking("wait", PERSON, SECONDS=2, ENDS="both"), wait(2, until=person())),
+        (asking("wait", PERSON, SECONDS=2), wait(2)),
+        (asking("led", NEAR, WHICH="1", SECONDS=3, ENDS="until"), led(1, until=obstacle(2))),
+        (asking("if", PERSON, {"THEN": [WAIT]}), if_(person(), [wait(1, id="w")])),
+        (
+            asking("if_else", NEAR, {"THEN": [WAIT], "ELSE": [DRIVE, DRIVE]}),
+            if_(obstacle(2), [wait(1, id="w")], [drive(3), drive(3)]),
+        ),
+        (asking("repeat_until", PERSON, {"STEPS": [DRIVE]}), repeat_until(person(), drive(3))),
+        (holding("forever", DRIVE), forever(drive(3))),
+        ({"type": "motorcade_set", "fields": {"COUNTER": "laps", "TO": 3}}, set_counter("laps", 3)),
+        ({"type": "motorcade_set_random", "fields": {"COUNTER": "圈数", "RANDOM": 6}}, set_counter("圈数", random(6))),
+        ({"type": "motorcade_change", "fields": {"COUNTER": "laps", "BY": -1}}, change_counter("laps", -1)),
+        (holding("tell", WAIT), tell(wait(1, id="w"))),
+        (holding("tell", holding("together", DRIVE)), tell(together(drive(3)))),
+        (holding("tell", infrared(DRIVE, forward="yes")), tell(drive(3, forward=True))),
+        ({"type": "motorcade_in_turn"}, tell()),
+        ({"type": "motorcade_do", "fields": {"NAME": "dance"}}, do("dance")),
+        ({"type": "motorcade_flow", "fields": {"OP": "jump", "TARGET": 2}}, FlowStep("jump", 2)),
+    ],
+)
+def test_a_block_of_a_leader_that_decides_is_a_step(block, step):
+    (made,) = program_of(workspace(block)).leader
+    assert replace(made, id=None) == step
+
+
+@pytest.mark.parametrize(
+    ("block", "condition"),
+    [
+        (NEAR, obstacle(2)),
+        (when("voice", COMMAND="go"), heard("go")),
+        (when("floor", WHERE="both"), dark("both")),
+        (when("chance", PERCENT=20), chance(20)),
+        (when("counter", COUNTER="laps", IS="above", VALUE=3), counter("laps", "above", 3)),
+        (when("not", {"OF": PERSON}), Not(person())),
+        (when("all", {"OF0": PERSON, "OF1": NEAR}), All((person(), obstacle(2)))),
+        (when("any", {"OF0": PERSON, "OF1": NEAR, "OF2": NEAR}, 3), AnyOf((person(), obstacle(2), obstacle(2)))),
+        (when("any", {"OF0": PERSON}, 1), AnyOf((person(),))),
+    ],
+)
+def test_a_pointed_block_is_a_condition(block, condition):
+    (step,) = program_of(workspace(asking("if", block))).leader
+    assert step.when == condition
+
+
+def test_where_only_a_condition_ends_a_together_its_parts_have_no_time():
+    parts = [DRIVE, {"type": "motorcade_pir", "fields": {"SECONDS": 1}}]
+    block = asking("together", PERSON, {"STEPS": parts}, ENDS="until")
+    (step,) = program_of(workspace(block)).leader
+    assert step == together(drive(), pir(), until=person(), id="together")
+    timed = asking(
+        "together", PERSON, {"STEPS": [DRIVE, {**DRIVE, "type": "motorcade_led", "fields": LED}]}, ENDS="both"
+    )
+    (step,) = program_of(workspace(timed)).leader
+    assert step == together(drive(3), led(1), until=person(), id="together")
+    for made in (step, together(drive(), led(1), until=person())):
+        leader, _ = blocks_of(Program([made]))
+        assert program_of(leader).leader == (made,)
+
+
+# A part that the together's condition alone ends, beside one with a time.
+LED = {"WHICH": "1", "SECONDS": 1, "ENDS": "until"}
+
+
+def test_blocks_that_define_are_functions():
+    dance = holding("define", DRIVE, fields={"NAME": "dance"}, id="d")
+    program = program_of(workspace({"type": "motorcade_do", "fields": {"NAME": "dance"}}, loose=[dance]))
+    assert program.functions == {"dance": (drive(3),)}
+    assert program.leader == (do("dance"),)
+    hat, defined = blocks_of(program)[0]["blocks"]["blocks"]
+    assert defined["y"] > hat["y"]
+    twice = diagnostic(workspace(loose=[dance, {**dance, "id": "second"}]))
+    assert (twice.code, twice.id, [fix.field for fix in twice.fixes]) == ("second-function", "second", ["delete"])
+    assert program_of(workspace(loose=[{**dance, "enabled": False}])).functions == {}
+
+
+@pytest.mark.parametrize(
+    ("block", "code", "at"),
+    [
+        (asking("if", None), "missing-condition", "if"),
+        (asking("if", {**PERSON, "enabled": False}), "missing-condition", "if"),
+        (asking("wait_until", when("not")), "missing-condition", "wait_until"),
+        (asking("if", when("all", {"OF0": PERSON})), "missing-condition", "if"),
+        (asking("if", WAIT), "unknown-block", "if"),
+        (asking("if", {"type": "motorcade_when_weekend"}), "unknown-block", "if"),
+        (asking("if", when("all", {"OF0": PERSON}, "many")), "bad-blocks", "if"),
+        (asking("if", when("obstacle", LEVEL="9")), "out-of-range", "if"),
+        (asking("wait", PERSON, SECONDS=1, ENDS="never"), "out-of-range", "wait"),
+        (holding("tell", id="t"), "tell-one-step", "t"),
+        (holding("tell", DRIVE, WAIT), "tell-one-step", "w"),
+        (holding("tell", holding("repeat", DRIVE, fields={"TIMES": 2}, id="r")), "tell-one-step", "r"),
+        (holding("tell", asking("if", PERSON)), "followers-cannot-decide", "if"),
+        (holding("together", asking("if", PERSON)), "not-inside-together", "if"),
+        (holding("together", holding("tell", DRIVE, id="t")), "not-inside-together", "t"),
+    ],
+)
+def test_what_a_leaders_block_cannot_say_is_said_about_that_block(block, code, at):
+    said = diagnostic(workspace(block))
+    assert (said.code, said.id) == (code, at)
+
+
+@pytest.mark.parametrize("block", [asking("if", PERSON), asking("wait", PERSON, SECONDS=1, ENDS="both")])
+def test_followers_do_not_decide(block):
+    said = diagnostic(workspace(), followers(block))
+    assert (said.code, said.id) == ("followers-cannot-decide", block["id"])
+
+
+def test_conditions_may_stand_in_each_other_but_not_for_ever():
+    asked = PERSON
+    for _ in range(MOST_DEEP):
+        asked = when("not", {"OF": asked})
+    program = program_of(workspace(asking("if", asked)))
+    assert program_of(blocks_of(program)[0]) == program
+    deeper = when("not", {"OF": asked})
+    assert diagnostic(workspace(asking("if", deeper))).code == "blocks-too-deep"
 
 
 def test_a_hat_of_the_followers_says_what_holds_for_all_of_them():

@@ -8,7 +8,8 @@ import msgspec
 
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats.document import document_in, mat_of
-from motorcade.program.blocks import Workspace, blocks_of, program_of
+from motorcade.program.blocks import Workspace, blocks_of
+from motorcade.program.blocks_reader import program_of
 from motorcade.program.diagnostics import NotJsonError, ProgramError
 from motorcade.program.model import Program, program_from_dict, read_document
 from motorcade.program.schema import FORMAT

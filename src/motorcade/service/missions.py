@@ -18,7 +18,8 @@ from motorcade.missions.goal import GoalState
 from motorcade.missions.odds import OpenWorlds
 from motorcade.missions.schema import GOALS
 from motorcade.missions.watch import MissionWatch, goal_phrase
-from motorcade.program.blocks import blocks_of, program_of
+from motorcade.program.blocks import blocks_of
+from motorcade.program.blocks_reader import program_of
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Followers, Program
 from motorcade.service.documents import text_format

@@ -13,7 +13,8 @@ from motorcade.config.profile import built_in_profile, built_in_profiles
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import languages
 from motorcade.program import diagnostics as program_diagnostics
-from motorcade.program.blocks import MOST_DEEP, blocks_of, field_value, holder_of, program_of
+from motorcade.program.blocks import MOST_DEEP, blocks_of, field_value
+from motorcade.program.blocks_reader import holder_of, program_of
 from motorcade.program.compiler import Compiled, compile_program
 from motorcade.program.decompiler import DecompileError, decompile
 from motorcade.program.diagnostics import TEXT, Fix, ProgramError, error

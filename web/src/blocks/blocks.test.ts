@@ -1,12 +1,15 @@
 import * as Blockly from "blockly/core";
 import { beforeAll, describe, expect, it } from "vitest";
 import texts from "virtual:texts/studio";
-import type { Profile } from "../api/types";
+import type { EditorName, Profile } from "../api/types";
 import { startTexts } from "../i18n";
 import { FIRST_STEPS } from "../projects/project";
 import { useSettings } from "../state/settings";
 import { refusal, typesIn } from "./clipboard";
+import { DECIDING_BLOCKS } from "./deciding";
 import { defineBlocks, canStandIn, toolboxOf } from "./definitions";
+import { fitEnds } from "./endings";
+import { nameOf } from "./names";
 import { emptyState } from "./workspaces";
 
 const profile = {
@@ -24,9 +27,9 @@ beforeAll(async () => {
   defineBlocks(profile);
 });
 
-/** The types of blocks in the followers' toolbox. */
-const offered = (steps?: string[]) =>
-  toolboxOf("followers", steps).contents.flatMap(({ contents }) => contents.flatMap((item) => ("type" in item ? [item.type] : [])));
+/** The types of blocks in an editor's toolbox, the followers' unless another is given. */
+const offered = (steps?: string[], editor: EditorName = "followers") =>
+  toolboxOf(editor, steps).contents.flatMap(({ contents }) => contents.flatMap((item) => ("type" in item ? [item.type] : [])));
 
 /** The fields that a new block of the type is saved with. */
 function saved(type: string): unknown {
@@ -47,6 +50,17 @@ describe("the blocks", () => {
     ["motorcade_together", undefined],
     ["motorcade_repeat", { TIMES: 2 }],
     ["motorcade_infrared", { ACCEPT_IR: "same", FORWARD: "same" }],
+    ["motorcade_if", undefined],
+    ["motorcade_set", { COUNTER: "laps", TO: 0 }],
+    ["motorcade_set_random", { COUNTER: "laps", RANDOM: 6 }],
+    ["motorcade_change", { COUNTER: "laps", BY: 1 }],
+    ["motorcade_do", { NAME: "dance" }],
+    ["motorcade_flow", { OP: "jump", TARGET: 0, CONDITION: "always", IF_NOT: 0, LEVEL: 0, COUNTER: 0, VALUE: 0 }],
+    ["motorcade_when_obstacle", { LEVEL: "0" }],
+    ["motorcade_when_voice", { COMMAND: "stop" }],
+    ["motorcade_when_floor", { WHERE: "either" }],
+    ["motorcade_when_chance", { PERCENT: 50 }],
+    ["motorcade_when_counter", { COUNTER: "laps", IS: "is", VALUE: 3 }],
   ])("%s is saved as the server reads it", (type, fields) => expect(saved(type)).toEqual(fields));
 
   it("keep what they are loaded with, even seconds that no car can do", () => {
@@ -86,7 +100,8 @@ describe("the blocks", () => {
   });
 
   it("are all to be had from a toolbox, but for the hats", () => {
-    expect(offered().sort()).toEqual(Object.keys(Blockly.Blocks).filter((type) => !/leader|followers/.test(type)).sort());
+    const all = new Set([...offered(), ...offered(undefined, "leader")]);
+    expect([...all].sort()).toEqual(Object.keys(Blockly.Blocks).filter((type) => !/leader|followers|flow$/.test(type)).sort());
     expect(canStandIn("leader", "motorcade_infrared")).toBe(false);
   });
 
@@ -128,6 +143,17 @@ describe("the blocks", () => {
     expect(types()).toEqual(["motorcade_drive", "motorcade_pir", "motorcade_infrared"]);
   });
 
+  it("of a leader that decides are few on the first level, and in a mission those whose kinds it allows", () => {
+    const decides = (steps?: string[]) => offered(steps, "leader").filter((type) => type in DECIDING_BLOCKS).map((type) => type.slice(10));
+    useSettings.setState({ level: "start" });
+    const first = decides();
+    useSettings.setState({ level: "words" });
+    expect(first).toEqual(["if", "if_else", "wait_until", "when_obstacle", "when_person", "when_voice", "when_floor"]);
+    expect(decides(["drive", "repeat", "wait"])).toEqual([]);
+    expect(decides(["drive", "change"])).toEqual(["change"]);
+    expect(decides(["if", "repeat"]).slice(0, 4)).toEqual(["if", "if_else", "repeat_until", "forever"]);
+  });
+
   it("name a lamp by its colour on every level", () => {
     const lamp = () => new Blockly.Workspace().newBlock("motorcade_led").getField("WHICH")!.getText();
     expect(lamp()).toBe("0 · yellow");
@@ -135,6 +161,71 @@ describe("the blocks", () => {
     expect(lamp()).toBe("yellow");
     useSettings.setState({ level: "words" });
   });
+});
+
+describe("what ends a step", () => {
+  const shown = (block: Blockly.Block) => block.inputList.filter((input) => input.isVisible() && input.name).map(({ name }) => name);
+  const condition = (workspace: Blockly.Workspace) => workspace.newBlock("motorcade_when_person").outputConnection!;
+
+  it("is its time, until another end is chosen", () => {
+    const block = new Blockly.Workspace().newBlock("motorcade_drive");
+    const states = ["time", "until", "both", "time"].map((way) => {
+      block.setFieldValue(way, "ENDS");
+      return shown(block);
+    });
+    expect(states).toEqual([["TIME"], ["BREAK", "ENDS_ROW", "UNTIL"], ["TIME", "BREAK", "ENDS_ROW", "UNTIL"], ["TIME", "ENDS_ROW"]]);
+  });
+
+  it("can be chosen only where conditions are", () => {
+    const block = new Blockly.Workspace().newBlock("motorcade_wait");
+    fitEnds(block, true);
+    expect(shown(block)).toContain("ENDS_ROW");
+    fitEnds(block, false);
+    expect(shown(block)).not.toContain("ENDS_ROW");
+  });
+
+  it("takes its condition along, and brings it back when that is undone", () => {
+    const workspace = new Blockly.Workspace();
+    const block = workspace.newBlock("motorcade_led");
+    block.setFieldValue("until", "ENDS");
+    block.getInput("UNTIL")!.connection!.connect(condition(workspace));
+    Blockly.Events.setGroup(true);
+    block.setFieldValue("time", "ENDS");
+    Blockly.Events.setGroup(false);
+    expect(workspace.getAllBlocks(false)).toHaveLength(1);
+    expect(Blockly.serialization.blocks.save(block)).not.toHaveProperty("inputs");
+  });
+
+  it("takes nothing where it is hidden", () => {
+    const workspace = new Blockly.Workspace();
+    const gap = workspace.newBlock("motorcade_drive").getInput("UNTIL")!.connection!;
+    expect(gap.getConnectionChecker().canConnect(gap, condition(workspace), false)).toBe(false);
+  });
+
+  it("is that of the together around it", () => {
+    const workspace = new Blockly.Workspace();
+    const together = workspace.newBlock("motorcade_together");
+    const drive = workspace.newBlock("motorcade_drive");
+    drive.setFieldValue("both", "ENDS");
+    drive.getInput("UNTIL")!.connection!.connect(condition(workspace));
+    together.getInput("STEPS")!.connection!.connect(drive.previousConnection!);
+    fitEnds(together, true);
+    expect([drive.getFieldValue("ENDS"), shown(drive)]).toEqual(["time", ["TIME"]]);
+    together.setFieldValue("until", "ENDS");
+    fitEnds(together, true);
+    expect(shown(drive)).toEqual([]);
+  });
+});
+
+describe("names", () => {
+  it.each([
+    ["laps", "laps"],
+    [" my laps ", "my_laps"],
+    ["圈数", "圈数"],
+    ["3 laps!", "_laps"],
+    ["ｌａｐｓ", "laps"],
+    ["!?", null],
+  ])("that are typed become names that Python takes: %j", (typed, name) => expect(nameOf(typed)).toBe(name));
 });
 
 describe("pasting", () => {
@@ -152,5 +243,8 @@ describe("pasting", () => {
     expect(refusal("followers", inRepeat("motorcade_infrared"))).toBeNull();
     expect(refusal("leader", { type: "motorcade_followers" })).toBe("clipboard.hat");
     expect(refusal("leader", inRepeat("motorcade_drive"))).toBeNull();
+    expect(refusal("followers", inRepeat("motorcade_if"))).toBe("clipboard.leaderOnly");
+    expect(refusal("followers", { type: "motorcade_drive", fields: { ENDS: "until" } })).toBe("clipboard.leaderOnly");
+    expect(refusal("leader", { type: "motorcade_drive", fields: { ENDS: "until" } })).toBeNull();
   });
 });

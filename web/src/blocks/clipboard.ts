@@ -6,23 +6,36 @@ import { say } from "../i18n";
 import { notify } from "../state/dialogs";
 import { own, shareCopied } from "../state/otherTabs";
 import { canStandIn, hatOf } from "./definitions";
+import { ENDS } from "./endings";
 import { editorOf } from "./workspaces";
 
 interface BlockState {
   type: string;
+  fields?: Record<string, unknown>;
   inputs?: Record<string, { block?: BlockState }>;
   next?: { block?: BlockState };
 }
 
+/** The blocks inside a copied one and the one below it. */
+function innerStates(state: BlockState): BlockState[] {
+  const below = [...Object.values(state.inputs ?? {}), ...(state.next ? [state.next] : [])];
+  return below.flatMap(({ block }) => (block ? [block] : []));
+}
+
 /** Every type in a copied stack of blocks. */
 export function typesIn(state: BlockState): Set<string> {
-  const below = [...Object.values(state.inputs ?? {}), ...(state.next ? [state.next] : [])];
-  return new Set([state.type, ...below.flatMap(({ block }) => (block ? [...typesIn(block)] : []))]);
+  return new Set([state.type, ...innerStates(state).flatMap((inner) => [...typesIn(inner)])]);
+}
+
+/** Whether a condition ends one of the blocks. */
+function asks(state: BlockState): boolean {
+  return state.fields?.[ENDS] !== undefined || innerStates(state).some(asks);
 }
 
 /** Why the blocks can't be pasted there, as a key of the page's sentences; null where they can. */
-export function refusal(editor: EditorName, state: BlockState): "clipboard.hat" | "clipboard.leaderInfrared" | null {
+export function refusal(editor: EditorName, state: BlockState): "clipboard.hat" | "clipboard.leaderInfrared" | "clipboard.leaderOnly" | null {
   const foreign = [...typesIn(state)].find((type) => !canStandIn(editor, type));
+  if (editor === "followers" && (foreign ? canStandIn("leader", foreign) : asks(state))) return "clipboard.leaderOnly";
   if (foreign === undefined) return null;
   return foreign === hatOf("leader") || foreign === hatOf("followers") ? "clipboard.hat" : "clipboard.leaderInfrared";
 }

@@ -5,8 +5,11 @@ import type { Profile, EditorName } from "../api/types";
 import { STEP_KINDS, CATEGORIES, HAT_IN_START } from "../generated/steps";
 import { say, type Texts, textsOf } from "../i18n";
 import { useSettings } from "../state/settings";
+import { DECIDING_BLOCKS, holdParts, type Message, NEVER_OFFERED } from "./deciding";
+import { CONDITION_CHECK, EndsField, endsInputs, followEnds, TIME } from "./endings";
 import { levelText, plainSeconds, secondsMeaning } from "./figures";
-import { IconField, iconOf, SecondsField, SpeedField, speedsOf } from "./fields";
+import { NameField } from "./names";
+import { type BlockIcon, IconField, iconOf, SecondsField, SpeedField, speedsOf } from "./fields";
 import { pictureAbove } from "./drawers";
 
 type Option = [string, string];
@@ -20,13 +23,21 @@ const MOST_TIMES = 1000;
 
 interface Definition {
   /** The key of the block's text, and of its tooltip. */
-  message: keyof Texts["tooltips"] & keyof Texts["blocks"];
+  message: Message & keyof Texts["tooltips"];
   style: string;
+  icon: BlockIcon;
+  /** Fields, and gaps for conditions, which stand in its text. */
   fields?: (profile: Profile) => Field[];
-  /** Fields that stand at the end and are not always shown. */
-  tail?: (profile: Profile) => Field[];
-  holds?: boolean;
+  /** The step takes time: what ends it can be chosen. */
+  takesTime?: boolean;
+  /** The step lasts as long as those beside it in a together. */
+  accompanies?: boolean;
+  /** Its rows of blocks, each with the text above it. */
+  holds?: { name: string; above?: "else" }[];
   hat?: boolean;
+  /** It stands alone, as a hat does. */
+  isAlone?: boolean;
+  isCondition?: boolean;
 }
 
 /** Whether the page shows few kinds of blocks, and words in place of figures. */
@@ -40,7 +51,7 @@ const seconds = (profile: Profile): Field => ({
   ...profile.seconds,
 });
 
-const choices = (options: readonly (keyof Texts["blocks"])[]) => options.map((option): Option => [say(`blocks.${option}`), option]);
+const choices = (options: readonly Message[]) => options.map((option): Option => [say(`blocks.${option}`), option]);
 const dwells = (profile: Profile) => (): Option[] => [
   [say("blocks.dwellAuto"), "auto"],
   ...profile.dwell_ms.map((dwell): Option => [secondsMeaning(dwell), plainSeconds(dwell)]),
@@ -67,17 +78,21 @@ function inputOf(field: StepField, profile: Profile): Field {
   }
 }
 
-/** The block of a kind of step. A step that accompanies others shows its seconds at the end, and only outside a together. */
+const STEPS = [{ name: "STEPS" }];
+
+/** The block of a kind of step. */
 function definitionOf({ kind, category, accompanies, holds, fields }: StepKind): Definition {
   const inputs = (profile: Profile) => fields.map((field) => inputOf(field, profile));
-  return { message: kind, style: category, holds, ...(accompanies ? { tail: inputs } : { fields: inputs }) };
+  const takesTime = kind !== "repeat";
+  return { message: kind, style: category, icon: kind, fields: inputs, takesTime, accompanies, ...(holds ? { holds: STEPS } : {}) };
 }
 
 const DEFINITIONS: Record<string, Definition> = {
-  motorcade_leader: { message: "leader", style: "hat", hat: true },
+  motorcade_leader: { message: "leader", style: "hat", icon: "leader", hat: true },
   motorcade_followers: {
     message: "followers",
     style: "hat",
+    icon: "followers",
     hat: true,
     fields: (profile) => [
       checkbox("ACCEPT_IR", true),
@@ -87,60 +102,82 @@ const DEFINITIONS: Record<string, Definition> = {
     ],
   },
   ...Object.fromEntries(STEP_KINDS.map((each) => [`motorcade_${each.kind}`, definitionOf(each)])),
+  ...DECIDING_BLOCKS,
   motorcade_infrared: {
     message: "infrared",
     style: "infrared",
-    holds: true,
+    icon: "infrared",
+    holds: STEPS,
     fields: () => [dropdown("ACCEPT_IR", infraredChoices), dropdown("FORWARD", infraredChoices)],
   },
 };
 
+/** A row of a block: a text with places, and what stands there. */
+interface Row {
+  message: string;
+  fields: Field[];
+}
+
+const HIDDEN_PART = /\[(.*?)\]/;
+
+/** The row of a block's icon and text. What stands in brackets has an input of its own, which is hidden without seconds. */
+function textRow(text: string, icon: BlockIcon, fields: Field[]): Row {
+  // The icon comes first, so every other field's number is one higher.
+  const shifted = text.replace(/%(\d)/g, (_, number) => `%${Number(number) + 1}`);
+  const before = `%${fields.length + 2}`;
+  const message = shifted.replace(HIDDEN_PART, (_, inner: string, at: number) => {
+    const isNewLine = shifted[at - 1] === "\n";
+    return isNewLine ? `${inner} ${before}` : `${before}${inner} %${fields.length + 3}`;
+  });
+  const time = { type: "input_dummy", name: TIME };
+  const isSplit = message !== shifted;
+  const inputs = !isSplit ? [] : message.includes(`%${fields.length + 3}`) ? [{ type: "input_dummy" }, time] : [time];
+  return { message: `%1 ${message}`, fields: [iconOf(icon), ...fields, ...inputs] };
+}
+
+const places = (fields: Field[]) => fields.map((_, number) => `%${number + 1}`).join(" ");
+
 /** The definition as Blockly's JSON. */
 function jsonOf(type: string, profile: Profile): Record<string, unknown> {
-  const { message, style, fields, tail, holds, hat } = DEFINITIONS[type]!;
-  const text = isStart() ? say(`startBlocks.${message}`) : say(`blocks.${message}`);
+  const { message, style, icon, fields, takesTime, accompanies, holds, hat, isAlone, isCondition } = DEFINITIONS[type]!;
+  const text = isStart() && !(type in DECIDING_BLOCKS) ? say(`startBlocks.${message as keyof Texts["startBlocks"]}`) : say(`blocks.${message}`);
   const own = fields?.(profile) ?? [];
   // The first level shows few settings of infrared: the block keeps the others, unseen.
   const isShown = ({ name }: Field) => !(isStart() && hat) || HAT_IN_START.some((each) => each === name);
   const hidden = own.filter((field) => !isShown(field));
-  const rows = [
-    // The icon comes first, so every other field's number is one higher.
-    { message: `%1 ${text.replace(/%(\d)/g, (_, number) => `%${Number(number) + 1}`)}`, fields: [iconOf(message), ...own.filter(isShown)] },
-    ...(hidden.length
-      ? [{ message: ["", ...hidden].map((_, number) => `%${number + 1}`).join(" "), fields: [...hidden, { type: "input_dummy", name: HIDDEN }] }]
-      : []),
-    ...(tail ? [{ message: say("blocks.tail"), fields: tail(profile) }] : []),
-    ...(holds ? [{ message: "%1", fields: [{ type: "input_statement", name: "STEPS" }] }] : []),
+  const unseen = [...hidden, { type: "input_dummy", name: HIDDEN }];
+  const ends = takesTime ? endsInputs(type) : [];
+  const rows: Row[] = [
+    textRow(accompanies ? `${text}\n[${say("blocks.tail")}]` : text, icon, own.filter(isShown)),
+    ...(hidden.length ? [{ message: places(unseen), fields: unseen }] : []),
+    ...(ends.length ? [{ message: places(ends), fields: ends }] : []),
+    ...(holds ?? []).flatMap(({ name, above }) => [
+      ...(above ? [{ message: say(`blocks.${above}`), fields: [] }] : []),
+      { message: "%1", fields: [{ type: "input_statement", name }] },
+    ]),
   ];
   const numbered = rows.flatMap((row, index) => [
     [`message${index}`, row.message],
     [`args${index}`, row.fields],
   ]);
+  const above = hat || isAlone ? {} : { previousStatement: null };
+  const below = isAlone ? {} : { nextStatement: null };
   return {
     type,
     ...(Object.fromEntries(numbered) as Record<string, unknown>),
     style: `${style}_blocks`,
     tooltip: say(`tooltips.${message}`),
-    ...(hat ? {} : { previousStatement: null }),
-    nextStatement: null,
+    ...(isCondition ? { output: CONDITION_CHECK } : { ...above, ...below }),
     inputsInline: true,
   };
 }
 
-/** Inside a together, voice and PIR last as long as it does: their own seconds mean nothing there and are not shown. */
-function hideSecondsInTogether(this: Blockly.Block): void {
-  if (this.isInsertionMarker() || !(this instanceof Blockly.BlockSvg)) return;
-  const shown = this.getSurroundParent()?.type !== "motorcade_together";
-  const input = this.inputList.at(-1)!;
-  if (input.isVisible() === shown) return;
-  input.setVisible(shown);
-  void this.queueRender();
-}
-
 /** Define the blocks for this profile and in the current language. */
 export function defineBlocks(profile: Profile): void {
-  for (const field of [SecondsField, SpeedField, IconField]) Blockly.registry.register(Blockly.registry.Type.FIELD, field.KIND, field, true);
-  for (const [type, { tail, hat }] of Object.entries(DEFINITIONS)) {
+  for (const field of [SecondsField, SpeedField, IconField, EndsField, NameField]) {
+    Blockly.registry.register(Blockly.registry.Type.FIELD, field.KIND, field, true);
+  }
+  for (const [type, { takesTime, accompanies, hat }] of Object.entries(DEFINITIONS)) {
     Blockly.Blocks[type] = {
       init(this: Blockly.Block) {
         this.jsonInit(jsonOf(type, profile));
@@ -150,7 +187,8 @@ export function defineBlocks(profile: Profile): void {
           SpeedField.followDirection(this);
           SpeedField.showFigures(this, profile);
         }
-        if (tail) this.setOnChange(hideSecondsInTogether);
+        if (takesTime) followEnds(this, accompanies === true);
+        if (this.getInput("OF1")) holdParts(this);
       },
     };
   }
@@ -160,28 +198,43 @@ const drawer = (category: (typeof CATEGORIES)[number]) =>
   STEP_KINDS.filter((each) => each.category === category).map(({ kind }) => `motorcade_${kind}`);
 const START_BLOCKS: ReadonlySet<string> = new Set(STEP_KINDS.filter(({ in_start }) => in_start).map(({ kind }) => `motorcade_${kind}`));
 
+const deciding = (drawer: string) =>
+  Object.entries(DECIDING_BLOCKS).flatMap(([type, block]) => (block.drawer === drawer && type !== NEVER_OFFERED ? [type] : []));
+
 const DRAWERS = {
   ...(Object.fromEntries(CATEGORIES.map((category) => [category, drawer(category)])) as Record<(typeof CATEGORIES)[number], string[]>),
   infrared: ["motorcade_infrared"],
+  decide: deciding("decide"),
+  count: deciding("count"),
+  tell: deciding("tell"),
+  mine: deciding("mine"),
 };
 
-/** A leader sends infrared and accepts none, so it has no block for it. */
+/** A leader sends infrared and accepts none, so it has no block for it; a follower doesn't decide. */
 const DRAWERS_OF: Record<EditorName, readonly (keyof typeof DRAWERS)[]> = {
-  leader: CATEGORIES,
+  leader: [...CATEGORIES, "decide", "count", "tell", "mine"],
   followers: [...CATEGORIES, "infrared"],
 };
+
+/** Whether blocks of this type belong to the program without hanging below another. */
+export const standsAlone = (type: string): boolean => DEFINITIONS[type]?.hat === true || DEFINITIONS[type]?.isAlone === true;
 
 export const hatOf = (editor: EditorName) => `motorcade_${editor}`;
 
 /** Whether blocks of this type can stand in the editor at all. */
 export function canStandIn(editor: EditorName, type: string): boolean {
-  return DRAWERS_OF[editor].some((drawer) => DRAWERS[drawer].includes(type));
+  return DRAWERS_OF[editor].some((drawer) => DRAWERS[drawer].includes(type)) || (type === NEVER_OFFERED && editor === "leader");
 }
+
+/** Whether blocks may ask conditions, with these kinds of steps of a mission. */
+export const offersConditions = (steps: readonly string[] | null) => (steps ? steps.includes("if") : !isStart());
 
 /** The drawers of an editor; with `steps`, those of a mission, only the blocks of these kinds are in them. */
 export function toolboxOf(editor: EditorName, steps: readonly string[] | null = null) {
   const isShown = (type: string) => {
     if (type === "motorcade_infrared") return !isStart();
+    const block = DECIDING_BLOCKS[type];
+    if (block) return steps ? block.needs.every((kind) => steps.includes(kind)) : !isStart() || block.inStart === true;
     return steps ? steps.includes(type.replace("motorcade_", "")) : !isStart() || START_BLOCKS.has(type);
   };
   return {

@@ -69,6 +69,14 @@ class PictureInflater extends Blockly.LabelFlyoutInflater {
   }
 }
 
+/** The first gap for a condition: in the selected block, or else in the program. */
+function firstGap(hat: Blockly.BlockSvg | undefined): Blockly.Connection | undefined {
+  const selected = Blockly.getSelected();
+  const blocks = [...(selected instanceof Blockly.BlockSvg ? [selected] : []), ...(hat?.getDescendants(true) ?? [])];
+  const inputs = blocks.flatMap((block) => block.inputList).filter((input) => input.type === Blockly.inputs.inputTypes.VALUE);
+  return inputs.find((input) => input.isVisible() && !input.connection!.targetBlock())?.connection ?? undefined;
+}
+
 /** Blockly keeps the end of a gesture from bubbling. */
 function afterGesture(act: () => void): void {
   const ended = new AbortController();
@@ -130,12 +138,16 @@ class Drawer extends Blockly.VerticalFlyout {
     return this.targetWorkspace.getTopBlocks(false).filter(({ id }) => !this.known.has(id));
   }
 
-  /** Put blocks that were only tapped, and so have no place yet, below the last one under the hat; whether there are any. */
+  /**
+   * Put blocks that were only tapped, and so have no place yet, below the last one under the hat, and conditions into the
+   * first gap; whether there are any.
+   */
   private appendTapped(): boolean {
     const program = this.targetWorkspace;
     const tapped = this.newBlocks().filter((block) => !block.isDragging());
     const hat = program.getTopBlocks(false).find((block) => !block.previousConnection);
     for (const block of tapped) {
+      if (block.outputConnection) firstGap(hat)?.connect(block.outputConnection);
       const end = hat?.lastConnectionInStack(true);
       if (!end || !block.previousConnection || !end.getConnectionChecker().canConnect(end, block.previousConnection, false)) continue;
       end.connect(block.previousConnection);

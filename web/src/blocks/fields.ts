@@ -117,10 +117,19 @@ export class SpeedField extends Blockly.FieldDropdown {
 const OWN_ICONS = {
   leader: "m12 3 2.6 5.6 6.1.7-4.5 4.200 1.200 6L12 16.500 6.600 19.500l1.200-6L3.300 9.300l6.100-.7z",
   followers: "M7 4l4 7H3zM17 4l4 7h-8zM12 13l4 7H8z",
+  if: "M12 3v5M12 8l-6 6v7M12 8l6 6v7M3 18l3 3 3-3M15 18l3 3 3-3",
+  count: "M5 4v16M10 4v16M15 4v16M20 4v16M3 17 22 7",
+  dice: "M5 5h14v14H5zM9 9v.1M15 9v.1M9 15v.1M15 15v.1M12 12v.1",
+  not: "M5 12a7 7 0 1 0 14 0 7 7 0 1 0-14 0M7 7l10 10",
+  and: "M5 12a5 5 0 1 0 10 0 5 5 0 1 0-10 0M9 12a5 5 0 1 0 10 0 5 5 0 1 0-10 0",
+  or: "M4 6l7 6-7 6M20 6l-7 6 7 6",
+  tell: "M4 10v4h4l7 5V5l-7 5zM18 9a4 4 0 0 1 0 6",
+  mine: "M4 8h5a2.500 2.500 0 1 1 5 0h6v5a2.500 2.500 0 1 0 0 5v2H4z",
+  jump: "M4 18C4 6 18 6 18 14M13 10l5 5 4-6",
   infrared: "M12 18v.1M8.500 14.500a5 5 0 0 1 7 0M5.500 11.500a9 9 0 0 1 13 0M3 8a13 13 0 0 1 18 0",
 } as const;
 
-type BlockIcon = keyof typeof OWN_ICONS | (typeof STEP_KINDS)[number]["kind"];
+export type BlockIcon = keyof typeof OWN_ICONS | (typeof STEP_KINDS)[number]["kind"];
 
 const ICONS = { ...OWN_ICONS, ...Object.fromEntries(STEP_KINDS.map(({ kind, icon }) => [kind, icon])) } as Record<BlockIcon, string>;
 

@@ -9,6 +9,7 @@ import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { endAll, watchSize } from "../ui/areas";
 import { colourOf, runsOf } from "../words/bits";
+import { editorWith } from "./workspaces";
 import css from "./blocks.module.css";
 
 const BESIDE_PX = 8;
@@ -92,7 +93,7 @@ export function drawInView(editor: EditorName, workspace: WorkspaceSvg): () => v
     const words = useSettings.getState().level === "start" ? [] : (useStudio.getState().compiled?.words ?? []);
     const own = new Map<string, { word: CompiledWord; times: number }>();
     for (const word of words) {
-      if (word.part !== editor || !word.block) continue;
+      if (!word.block || (word.part !== editor && editorWith(word.part as EditorName, word.block) !== editor)) continue;
       const found = own.get(word.block);
       if (found) found.times += 1;
       else own.set(word.block, { word, times: 1 });

@@ -4,7 +4,7 @@ import type { BlockSvg } from "blockly/core";
 import type { Diagnostic, EditorName } from "../api/types";
 import { inLanguage } from "../i18n";
 import { useStudio } from "../state/studio";
-import { hatOf } from "./definitions";
+import { standsAlone } from "./definitions";
 import { liveWorkspaces, workspaceOf } from "./workspaces";
 
 const WARNING = "motorcade";
@@ -48,7 +48,7 @@ export function markLoose(editor: EditorName): void {
   const workspace = workspaceOf(editor);
   if (workspace?.isDragging()) return;
   const all = useStudio.getState().loose;
-  const now = workspace?.getTopBlocks(true).filter(({ type }) => type !== hatOf(editor)) ?? [];
+  const now = workspace?.getTopBlocks(true).filter(({ type }) => !standsAlone(type)) ?? [];
   for (const { block: id } of all.filter((each) => each.editor === editor)) {
     const block = workspace?.getBlockById(id);
     if (block && !now.includes(block)) setClass(block, "motorcade-loose", false);

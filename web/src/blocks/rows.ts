@@ -6,6 +6,7 @@ import { endEdit, record } from "../state/history";
 import { useStudio } from "../state/studio";
 import { collectEdits, noteEdit } from "../words/compiling";
 import { hatOf } from "./definitions";
+import { ENDS } from "./endings";
 import { drawAtOnce, emptyState, workspaceOf } from "./workspaces";
 
 type State = Blockly.serialization.blocks.State;
@@ -19,11 +20,31 @@ function rowFrom<Each>(first: Each | null | undefined, next: (each: Each) => Eac
 
 /** Give a block the fields of a state of its type, and the blocks inside it. */
 function alter(block: Blockly.Block, state: State): void {
-  for (const [name, value] of Object.entries(state.fields ?? {})) {
+  // A state names no end of a step whose time ends it.
+  const fields = block.getField(ENDS) ? { [ENDS]: "time", ...state.fields } : state.fields;
+  for (const [name, value] of Object.entries(fields ?? {})) {
     if (String(block.getFieldValue(name)) !== String(value)) block.setFieldValue(value, name);
   }
-  const inside = block.getInput("STEPS")?.connection;
-  if (inside) replaceRow(inside, state.inputs?.STEPS?.block);
+  for (const { name, type, connection } of block.inputList) {
+    const wanted = state.inputs?.[name]?.block;
+    if (type === Blockly.inputs.inputTypes.STATEMENT) replaceRow(connection!, wanted);
+    else if (type === Blockly.inputs.inputTypes.VALUE) replaceCondition(connection!, wanted);
+  }
+}
+
+/** Replace the condition in a gap. */
+function replaceCondition(connection: Blockly.Connection, wanted: State | undefined): void {
+  const present = connection.targetBlock();
+  if (!present && !wanted) return;
+  const parts = JSON.stringify(present?.saveExtraState?.() ?? null);
+  if (present?.type === wanted?.type && parts === JSON.stringify(wanted!.extraState ?? null)) {
+    alter(present!, wanted!);
+    return;
+  }
+  present?.dispose();
+  if (!wanted) return;
+  const made = Blockly.serialization.blocks.append(wanted, connection.getSourceBlock().workspace, { recordUndo: true });
+  connection.connect(made.outputConnection!);
 }
 
 /** The block of the row that a state is of; infrared blocks, which are no steps, have no ids in a program. */
@@ -66,15 +87,33 @@ function replaceRow(connection: Blockly.Connection, row: State | undefined): voi
   }
 }
 
-/** Bring an editor to a state that a program was written to: its hat and the row below. Other blocks stay. */
+const DEFINE = "motorcade_define";
+
+/** Bring the blocks that define others to these. */
+function alterDefined(workspace: Blockly.Workspace, wanted: State[]): void {
+  const left = new Set(workspace.getBlocksByType(DEFINE).filter((block) => block.isEnabled()));
+  for (const state of wanted) {
+    const found = [...left].find((block) => block.getFieldValue("NAME") === state.fields?.NAME);
+    if (found) {
+      left.delete(found);
+      alter(found, state);
+    } else {
+      Blockly.serialization.blocks.append(state, workspace, { recordUndo: true });
+    }
+  }
+  for (const block of left) block.dispose();
+}
+
+/** Bring an editor to a state that a program was written to: its hat and the row below, and own blocks. Others stay. */
 function alterEditor(editor: EditorName, state: WorkspaceState): void {
   const workspace = workspaceOf(editor);
-  const [wanted] = (state as { blocks?: { blocks?: State[] } }).blocks?.blocks ?? [];
+  const [wanted, ...defined] = (state as { blocks?: { blocks?: State[] } }).blocks?.blocks ?? [];
   const [hat] = workspace?.getBlocksByType(hatOf(editor)) ?? [];
   if (!hat || !wanted) return;
   drawAtOnce(workspace!, () => {
     alter(hat, wanted);
     replaceRow(hat.nextConnection!, wanted.next?.block);
+    alterDefined(workspace!, defined);
   });
   noteEdit(editor);
 }

@@ -6,8 +6,10 @@ import { say } from "../i18n";
 import { notify } from "../state/dialogs";
 import { useSettings, type ThemeName } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { hatOf, toolboxOf } from "./definitions";
+import { hatOf, offersConditions, toolboxOf } from "./definitions";
 import { DRAWER_PLUGINS } from "./drawers";
+import { fitEnds, fitEveryBlock } from "./endings";
+import { followNames } from "./names";
 
 const live = new Map<EditorName, Blockly.WorkspaceSvg>();
 
@@ -32,7 +34,15 @@ export function offerBlocks(steps: readonly string[] | null, locked: boolean): v
   for (const [editor, workspace] of live) {
     workspace.updateToolbox(toolboxOf(editor, steps));
     lock(workspace);
+    fitAll(editor, workspace);
   }
+}
+
+/** Whether steps in this editor may end by a condition. */
+const mayAsk = (editor: EditorName) => editor === "leader" && offersConditions(offer.steps);
+
+function fitAll(editor: EditorName, workspace: Blockly.WorkspaceSvg): void {
+  for (const top of workspace.getTopBlocks(false)) fitEnds(top, mayAsk(editor));
 }
 
 /** The editors whose blocks somebody else makes, which this page only shows. */
@@ -78,6 +88,8 @@ export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.
   host.addEventListener("focusin", () => beginUnderHat(editor, workspace));
   live.set(editor, workspace);
   lock(workspace);
+  fitEveryBlock(workspace, () => mayAsk(editor));
+  followNames(workspace);
   return workspace;
 }
 
@@ -181,6 +193,7 @@ export function fill(editor: EditorName, state: WorkspaceState): void {
   if (workspace.getBlocksByType(hatOf(editor)).length === 0) {
     Blockly.serialization.blocks.append({ type: hatOf(editor), id: hatOf(editor), x: 24, y: 24 }, workspace);
   }
+  fitAll(editor, workspace);
   measureAgain(workspace);
   workspace.clearUndo();
   restoreHistory(editor, workspace);
@@ -216,8 +229,15 @@ export function focusBlocks(): void {
   showBlock("leader", workspaceOf("leader")?.getBlocksByType(hatOf("leader"))[0]?.id ?? "");
 }
 
+/** The editor that has this block: the given one, or the other. The leader's has the steps that it tells its followers. */
+export function editorWith(editor: EditorName, id: string): EditorName {
+  const has = (each: EditorName) => Boolean(live.get(each)?.getBlockById(id));
+  return has(editor) ? editor : (EDITORS.find(has) ?? editor);
+}
+
 /** Bring the block into view, select it, and give it the keyboard's focus. */
-export function showBlock(editor: EditorName, id: string): void {
+export function showBlock(where: EditorName, id: string): void {
+  const editor = editorWith(where, id);
   const block = live.get(editor)?.getBlockById(id);
   if (!block) return;
   useStudio.setState({ editor });
@@ -235,14 +255,6 @@ export function startThemes(): void {
   });
 }
 
-/** The ids of the block and of all blocks inside it, without the blocks below it. */
-export function withInner(editor: EditorName, id: string): Set<string> {
-  const block = live.get(editor)?.getBlockById(id);
-  if (!block) return new Set();
-  const after = new Set(block.getNextBlock()?.getDescendants(false));
-  return new Set(block.getDescendants(false).filter((each) => !after.has(each)).map((each) => each.id));
-}
-
 /** The text of the block with this id, without that of the blocks inside it; empty where it is gone. */
 export function findText(editor: EditorName, id: string): string {
   const inputs = workspaceOf(editor)?.getBlockById(id)?.inputList ?? [];
@@ -250,7 +262,7 @@ export function findText(editor: EditorName, id: string): string {
   return fields.map((field) => field.getText()).join(" ").replace(/\s+/g, " ").trim();
 }
 
-type Style = "hat" | "drive" | "light" | "sense" | "order" | "infrared";
+type Style = "hat" | "drive" | "light" | "sense" | "order" | "infrared" | "decide" | "count" | "tell" | "mine";
 type Colours = Record<Style, [primary: string, secondary: string, tertiary: string]>;
 
 const CALM: Colours = {
@@ -260,6 +272,10 @@ const CALM: Colours = {
   sense: ["#0b7667", "#2b9081", "#075a4e"],
   order: ["#7446ba", "#8c64c9", "#593394"],
   infrared: ["#b02a5b", "#c74f7a", "#8b1f47"],
+  decide: ["#2d7a3e", "#4d9460", "#1f5a2c"],
+  count: ["#a8470a", "#c2672e", "#7f3507"],
+  tell: ["#b02a5b", "#c74f7a", "#8b1f47"],
+  mine: ["#8a3a94", "#a45bad", "#682a70"],
 };
 
 const STARK: Colours = {
@@ -269,6 +285,10 @@ const STARK: Colours = {
   sense: ["#00473d", "#086052", "#ffffff"],
   order: ["#47128f", "#5d2aa6", "#ffffff"],
   infrared: ["#7a0033", "#941a4c", "#ffffff"],
+  decide: ["#0d4a1c", "#1f632f", "#ffffff"],
+  count: ["#6b2a00", "#854008", "#ffffff"],
+  tell: ["#7a0033", "#941a4c", "#ffffff"],
+  mine: ["#541a5c", "#6d2e76", "#ffffff"],
 };
 
 const GROUNDS: Record<ThemeName, Blockly.Theme.ComponentStyle> = {

@@ -200,7 +200,56 @@ export const FORMATS = {
     {"name": "reserved", "high": 10, "low": 1, "group": "reserved"},
     {"name": "parity", "high": 0, "low": 0, "group": "parity"},
   ],
+  "state": [
+    {"name": "flow", "high": 31, "low": 31, "group": "flow"},
+    {"name": "forward", "high": 30, "low": 30, "group": "infrared"},
+    {"name": "motor_enable", "high": 29, "low": 29, "group": "motor", "meaning": "flag"},
+    {
+      "name": "motor_direction",
+      "high": 28,
+      "low": 27,
+      "group": "motor",
+      "meaning": "choice",
+      "options": ["forward", "left", "right", "random"],
+    },
+    {"name": "motor_speed", "high": 26, "low": 25, "group": "motor", "meaning": "level", "menu": "speed"},
+    {"name": "motor_duration", "high": 24, "low": 23, "group": "motor", "meaning": "duration"},
+    {"name": "led_which", "high": 22, "low": 21, "group": "led", "meaning": "level", "menu": "light"},
+    {"name": "led_duration", "high": 20, "low": 19, "group": "led", "meaning": "duration"},
+    {"name": "avoid_enable", "high": 18, "low": 18, "group": "avoid", "meaning": "flag"},
+    {"name": "avoid_radius", "high": 17, "low": 16, "group": "avoid", "meaning": "level", "menu": "radius"},
+    {"name": "avoid_duration", "high": 15, "low": 14, "group": "avoid", "meaning": "duration"},
+    {"name": "voice", "high": 13, "low": 13, "group": "voice", "meaning": "flag"},
+    {"name": "pir", "high": 12, "low": 12, "group": "pir", "meaning": "flag"},
+    {"name": "floor", "high": 11, "low": 11, "group": "floor", "meaning": "flag"},
+    {"name": "until", "high": 10, "low": 7, "group": "until"},
+    {"name": "until_not", "high": 6, "low": 6, "group": "until"},
+    {"name": "until_level", "high": 5, "low": 4, "group": "until"},
+    {"name": "reserved", "high": 3, "low": 0, "group": "reserved"},
+  ],
+  "flow": [
+    {"name": "flow", "high": 31, "low": 31, "group": "flow"},
+    {"name": "op", "high": 30, "low": 28, "group": "op"},
+    {"name": "target", "high": 27, "low": 20, "group": "target"},
+    {"name": "condition", "high": 19, "low": 16, "group": "condition"},
+    {"name": "if_not", "high": 15, "low": 15, "group": "condition"},
+    {"name": "level", "high": 14, "low": 13, "group": "condition"},
+    {"name": "counter", "high": 12, "low": 11, "group": "counter"},
+    {"name": "reserved", "high": 10, "low": 9, "group": "reserved"},
+    {"name": "value", "high": 8, "low": 1, "group": "value"},
+    {"name": "unused", "high": 0, "low": 0, "group": "reserved"},
+  ],
 } as const;
+
+export const SENSES = {
+  "obstacle": [0, 1, 2, 3],
+  "voice": ["stop", "go"],
+  "floor": ["either", "left", "right", "both"],
+} as const;
+
+export const FLOW_OPS = ["jump", "call", "return", "count", "tell"] as const;
+
+export const FLOW_CONDITIONS = ["always", "obstacle", "person", "voice", "floor", "counter", "chance"] as const;
 
 export const HUES = {"motor": 95, "led": 41, "avoid": 166, "voice": 263, "pir": 22, "floor": 95} as const;
 
@@ -208,69 +257,69 @@ export const PYTHON_CALLS = [
   {
     "name": "forward",
     "kind": "drive",
-    "signature": "forward(seconds, speed=2)",
+    "signature": "forward(seconds=None, speed=2)",
     "parameters": [
       {"name": "seconds", "least": 0, "most": 86400},
       {"name": "speed", "least": 0, "most": 3, "menu": "speed"},
     ],
-    "example": "forward(1, speed=3)",
+    "example": "forward(speed=3)",
   },
   {
     "name": "left",
     "kind": "drive",
-    "signature": "left(seconds, speed=2)",
+    "signature": "left(seconds=None, speed=2)",
     "parameters": [
       {"name": "seconds", "least": 0, "most": 86400},
       {"name": "speed", "least": 0, "most": 3, "menu": "speed"},
     ],
-    "example": "left(1, speed=3)",
+    "example": "left(speed=3)",
   },
   {
     "name": "right",
     "kind": "drive",
-    "signature": "right(seconds, speed=2)",
+    "signature": "right(seconds=None, speed=2)",
     "parameters": [
       {"name": "seconds", "least": 0, "most": 86400},
       {"name": "speed", "least": 0, "most": 3, "menu": "speed"},
     ],
-    "example": "right(1, speed=3)",
+    "example": "right(speed=3)",
   },
   {
     "name": "wander",
     "kind": "drive",
-    "signature": "wander(seconds, speed=2)",
+    "signature": "wander(seconds=None, speed=2)",
     "parameters": [
       {"name": "seconds", "least": 0, "most": 86400},
       {"name": "speed", "least": 0, "most": 3, "menu": "speed"},
     ],
-    "example": "wander(1, speed=3)",
+    "example": "wander(speed=3)",
   },
   {
     "name": "wait",
     "kind": "wait",
-    "signature": "wait(seconds)",
+    "signature": "wait(seconds=None)",
     "parameters": [{"name": "seconds", "least": 0, "most": 86400}],
-    "example": "wait(1)",
+    "example": "wait()",
   },
   {
     "name": "led",
     "kind": "led",
-    "signature": "led(which, seconds)",
+    "signature": "led(which, seconds=None)",
     "parameters": [
       {"name": "which", "least": 0, "most": 3, "menu": "light"},
       {"name": "seconds", "least": 0, "most": 86400},
     ],
-    "example": "led(0, 1)",
+    "example": "led(0)",
   },
   {
     "name": "avoid",
     "kind": "avoid",
-    "signature": "avoid(radius, seconds)",
+    "signature": "avoid(radius, seconds=None)",
     "parameters": [
       {"name": "radius", "least": 0, "most": 3, "menu": "radius"},
       {"name": "seconds", "least": 0, "most": 86400},
     ],
-    "example": "avoid(0, 1)",
+    "example": "avoid(0)",
   },
   {
     "name": "voice",
@@ -289,42 +338,42 @@ export const PYTHON_CALLS = [
   {
     "name": "follow_line",
     "kind": "follow_line",
-    "signature": "follow_line(seconds, speed=2)",
+    "signature": "follow_line(seconds=None, speed=2)",
     "parameters": [
       {"name": "seconds", "least": 0, "most": 86400},
       {"name": "speed", "least": 1, "most": 3, "menu": "speed"},
     ],
-    "example": "follow_line(1, speed=3)",
+    "example": "follow_line(speed=3)",
   },
   {
     "name": "turn_left_to_line",
     "kind": "turn_to_line",
-    "signature": "turn_left_to_line(seconds, speed=2)",
+    "signature": "turn_left_to_line(seconds=None, speed=2)",
     "parameters": [
       {"name": "seconds", "least": 0, "most": 86400},
       {"name": "speed", "least": 1, "most": 3, "menu": "speed"},
     ],
-    "example": "turn_left_to_line(1, speed=3)",
+    "example": "turn_left_to_line(speed=3)",
   },
   {
     "name": "turn_right_to_line",
     "kind": "turn_to_line",
-    "signature": "turn_right_to_line(seconds, speed=2)",
+    "signature": "turn_right_to_line(seconds=None, speed=2)",
     "parameters": [
       {"name": "seconds", "least": 0, "most": 86400},
       {"name": "speed", "least": 1, "most": 3, "menu": "speed"},
     ],
-    "example": "turn_right_to_line(1, speed=3)",
+    "example": "turn_right_to_line(speed=3)",
   },
   {
     "name": "stop_on_dark",
     "kind": "stop_on_dark",
-    "signature": "stop_on_dark(seconds, speed=2)",
+    "signature": "stop_on_dark(seconds=None, speed=2)",
     "parameters": [
       {"name": "seconds", "least": 0, "most": 86400},
       {"name": "speed", "least": 1, "most": 3, "menu": "speed"},
     ],
-    "example": "stop_on_dark(1, speed=3)",
+    "example": "stop_on_dark(speed=3)",
   },
   {
     "name": "floor",

@@ -6,7 +6,7 @@ import { isHeard, showAlone, toggleSound, useStudio, useWords } from "../state/s
 import { tellWrongBlock } from "../blocks/fixes";
 import { clock } from "../timeline/events";
 import { classes } from "../ui/classes";
-import { valueOf } from "../words/bits";
+import { valueOf } from "../words/values";
 import { Icon } from "../ui/icons";
 import { Choice, ToolButton } from "../ui/fields";
 import { session } from "./session";

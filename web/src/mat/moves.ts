@@ -1,7 +1,7 @@
 /** Which dance a program has. */
 
 import type { CompiledWord } from "../api/types";
-import { valueOf } from "../words/bits";
+import { valueOf } from "../words/values";
 import type { DanceMove } from "./dance";
 
 /** What moves by itself stops within five seconds (WCAG 2.2.2). */

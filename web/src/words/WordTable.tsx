@@ -1,14 +1,17 @@
 import { memo, type CSSProperties, type KeyboardEvent, type RefObject, useEffect, useMemo, useRef, useState } from "react";
 import type { CompiledWord, EditorName, Field, Profile } from "../api/types";
-import { showBlock, withInner } from "../blocks/workspaces";
+import { conditionOf, withInner } from "../blocks/asked";
+import { editorWith, showBlock } from "../blocks/workspaces";
 import { FORMATS } from "../generated/steps";
 import { useTexts } from "../i18n";
 import { usePython } from "../python/text";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { usePrinting, useScroll } from "../ui/areas";
-import { bitsOf, blockOf, colourOf, fieldsOf, hasBlockIn, isLit, isNarrow, spansOf, fieldMeaning, valueOf } from "./bits";
+import { bitsOf, blockOf, colourOf, fieldsOf, hasBlockIn, isLit, isNarrow, spansOf, fieldMeaning } from "./bits";
+import { askedKeyOf, askedBy } from "./deciding";
 import { storyOf } from "./story";
+import { valueOf } from "./values";
 import css from "./words.module.css";
 
 const ROW_PX = 30;
@@ -53,10 +56,16 @@ interface WordRowProps {
 }
 
 /** Show the block that a field comes from. */
-function leadToBlock(word: CompiledWord, field: string): void {
-  const block = blockOf(word, field);
-  if (word.part !== "header" && block) showBlock(word.part, block);
+function leadToBlock(word: CompiledWord, field: Field): void {
+  const block = blockOf(word, field.name);
+  if (word.part === "header" || !block) return;
+  const condition = askedKeyOf(word, word.block, field) ? conditionOf(word.part, block, askedBy(word)!) : null;
+  showBlock(word.part, condition ?? block);
 }
+
+/** Whether the block of a word stands in an editor: that of a follower's step may stand in the leader's. */
+const isOf = (word: CompiledWord, editor: EditorName | null): boolean =>
+  word.part === editor || (word.part === "followers" && word.block !== null && editorWith(word.part, word.block) === editor);
 
 /** Drawn again only where its word or its highlighted fields change: its many labels take the most time of the page. */
 const WordRow = memo(function WordRow(props: WordRowProps) {
@@ -95,7 +104,7 @@ const WordRow = memo(function WordRow(props: WordRowProps) {
           data-bits={bitsOf(word, field)}
           onClick={() => {
             onPlace({ row: index, field: at });
-            leadToBlock(word, field.name);
+            leadToBlock(word, field);
           }}
           onPointerEnter={() => onPlace({ row: index, field: at })}
           onFocus={() => onPlace({ row: index, field: at })}
@@ -117,10 +126,10 @@ function useLitBlocks(): { editor: EditorName | null; blocks: ReadonlySet<string
 /** The first field that comes from these blocks; the old place where it comes from them too, or where none does. */
 function placeOfBlocks(words: readonly CompiledWord[], editor: EditorName | null, blocks: ReadonlySet<string>, old: Place): Place {
   const firstLit = (word: CompiledWord | undefined) =>
-    word?.part === editor ? fieldsOf(word).findIndex((field) => isLit(word, field, blocks)) : -1;
+    word && isOf(word, editor) ? fieldsOf(word).findIndex((field) => isLit(word, field, blocks)) : -1;
   const there = words[old.row];
   const field = there && fieldsOf(there)[old.field];
-  if (there?.part === editor && field && isLit(there, field, blocks)) return old;
+  if (there && isOf(there, editor) && field && isLit(there, field, blocks)) return old;
   const row = words.findIndex((word) => firstLit(word) >= 0);
   return row < 0 ? old : { row, field: firstLit(words[row]) };
 }
@@ -153,7 +162,7 @@ export function WordTable({ words, profile }: { words: readonly CompiledWord[]; 
   const field = fieldsOf(word)[clamp(place.field, fieldsOf(word).length - 1)]!;
 
   useEffect(() => {
-    const lit = words.findIndex((each) => each.part === editor && each.block !== null && blocks.has(each.block));
+    const lit = words.findIndex((each) => hasBlockIn(each, blocks) && isOf(each, editor));
     if (lit >= 0) bringIntoView(lit);
     // Only a new selection scrolls: the table must not move when the words of a selection change.
     // eslint-disable-next-line react-hooks/exhaustive-deps
@@ -170,7 +179,7 @@ export function WordTable({ words, profile }: { words: readonly CompiledWord[]; 
       Home: [0, -99],
       End: [0, 99],
     };
-    if (event.key === "Enter" || event.key === " ") leadToBlock(word, field.name);
+    if (event.key === "Enter" || event.key === " ") leadToBlock(word, field);
     const step = steps[event.key];
     if (step || event.key === " ") event.preventDefault();
     if (!step) return;
@@ -200,7 +209,7 @@ export function WordTable({ words, profile }: { words: readonly CompiledWord[]; 
                 fields={fieldsOf(each)}
                 profile={profile}
                 line={lines.get(each.block ?? "")}
-                lit={each.part === editor && hasBlockIn(each, blocks) ? blocks : NOTHING}
+                lit={hasBlockIn(each, blocks) && isOf(each, editor) ? blocks : NOTHING}
                 place={first + index === row ? place : null}
                 onPlace={setPlace}
               />

@@ -4,28 +4,25 @@ import type { CompiledWord, Field, Profile } from "../api/types";
 import { FORMATS, HUES } from "../generated/steps";
 import { levelMeaning, secondsMeaning } from "../blocks/figures";
 import { say } from "../i18n";
+import { askedKeyOf, decidingMeaning } from "./deciding";
+import { hasField, kindOf, valueOf } from "./values";
 
 /** Whether the field's bits say something: reserved bits and the parity don't. */
 export const isTold = ({ group }: Field): boolean => group !== "reserved" && group !== "parity";
 
+/** Of the fields that only the words of a leader that decides have. */
+const DECIDING_HUES = { flow: 220, op: 133, target: 200, condition: 175, until: 175, counter: 24, value: 24 } as const;
+const ALL_HUES: Partial<Record<Field["group"], number>> = { ...DECIDING_HUES, ...HUES };
+
 /** The colour of the field's bits: of the hue that its group is declared with, or the style sheet's own. */
 export function colourOf({ group }: Field): string {
-  return group in HUES ? `hsl(${HUES[group as keyof typeof HUES]} var(--bits-shade))` : `var(--bits-${group})`;
+  const hue = ALL_HUES[group];
+  return hue === undefined ? `var(--bits-${group})` : `hsl(${hue} var(--bits-shade))`;
 }
 
 /** Whether the field is one bit that has a group for itself: its column is widened for the group's name. */
 export function isNarrow(fields: readonly Field[], { group, high, low }: Field): boolean {
   return high === low && fields.filter((each) => each.group === group).length === 1;
-}
-
-const placesOf = (fields: readonly Field[]) => new Map<string, Field>(fields.map((field) => [field.name, field]));
-const kindOf = ({ part }: CompiledWord) => (part === "header" ? "header" : "control");
-const PLACES = { header: placesOf(FORMATS.header), control: placesOf(FORMATS.control) };
-
-/** The value of a field; 0 where words of this kind have no such field. */
-export function valueOf(word: CompiledWord, field: string): number {
-  const place = PLACES[kindOf(word)].get(field);
-  return place ? (parseInt(word.hex, 16) >>> place.low) & (2 ** (place.high - place.low + 1) - 1) : 0;
 }
 
 /** The field's bits as they stand in the word, most significant first. */
@@ -39,13 +36,15 @@ export function blockOf(word: CompiledWord, field: string): string | null {
 }
 
 export function hasBlockIn(word: CompiledWord, blocks: ReadonlySet<string>): boolean {
-  return [word.block, ...Object.values(word.fields_of ?? {})].some((block) => block !== null && blocks.has(block));
+  const own = [word.block, ...Object.values(word.fields_of ?? {}), askedKeyOf(word, word.block)];
+  return own.some((block) => block !== null && blocks.has(block));
 }
 
 /** Whether the field is there because of one of these blocks: its bits light up with them. */
 export function isLit(word: CompiledWord, field: Field, blocks: ReadonlySet<string>): boolean {
   const block = blockOf(word, field.name);
-  return isTold(field) && block !== null && blocks.has(block);
+  const asked = askedKeyOf(word, word.block, field);
+  return isTold(field) && ((block !== null && blocks.has(block)) || (asked !== null && blocks.has(asked)));
 }
 
 const sameWord = (a: CompiledWord | undefined, b: CompiledWord) =>
@@ -73,7 +72,7 @@ export function spansOf(fields: readonly Field[]): BitSpan[] {
 }
 
 /** Whether it is a header word whose follower words travel with a tag. */
-const isTagged = (word: CompiledWord) => word.part === "header" && valueOf(word, "reserved") === 1;
+const isTagged = (word: CompiledWord) => word.part === "header" && (valueOf(word, "reserved") & 1) === 1;
 
 const sentFor = (word: CompiledWord, dwell: string) => (isTagged(word) ? say("meaning.dwellTagged", { dwell }) : dwell);
 
@@ -92,6 +91,8 @@ function valueMeaning(word: CompiledWord, field: Field, value: number, profile: 
         return say(value ? "blocks.yes" : "blocks.no");
     }
   }
+  const deciding = decidingMeaning(word, field, value, profile);
+  if (deciding !== null) return deciding;
   switch (field.name) {
     case "leader_states":
     case "follower_words":
@@ -128,15 +129,17 @@ export function runsOf(word: CompiledWord): { field: Field; bits: string; isSet:
   return fieldsOf(word).map((field) => ({ field, bits: bitsOf(word, field), isSet: valueOf(word, field.name) !== 0 }));
 }
 
-/** A line for each word: its index, part, bytes, bits, and every field of both formats. */
+/** A line for each word: its index, part, bytes, bits, and every field of the formats that the words have. */
 export function wordsCsv(words: readonly CompiledWord[]): string {
-  const fields: readonly Field[] = [...FORMATS.header.filter(({ name }) => name !== "reserved"), ...FORMATS.control];
+  const formats = new Set<keyof typeof FORMATS>(["header", "control", ...words.map(kindOf)]);
+  const all = [...formats].flatMap((format): readonly Field[] => (format === "header" ? FORMATS.header.filter(isTold) : FORMATS[format]));
+  const fields = all.filter(({ name }, at) => all.findIndex((field) => field.name === name) === at);
   const lines = words.map((word, index) => [
     index,
     word.part,
     `0x${word.hex.toUpperCase()}`,
     parseInt(word.hex, 16).toString(2).padStart(32, "0"),
-    ...fields.map(({ name }) => (PLACES[kindOf(word)].has(name) ? valueOf(word, name) : "")),
+    ...fields.map(({ name }) => (hasField(word, name) ? valueOf(word, name) : "")),
   ]);
   return [["index", "part", "hex", "bits", ...fields.map(({ name }) => name)], ...lines].map((line) => line.join(",") + "\r\n").join("");
 }

@@ -34,6 +34,20 @@ it.each<[string, Record<string, number>]>([
   expect(storyOf(wordOf(values), PROFILE)).toBe(story);
 });
 
+it.each([
+  ["a jump", "80320000", "if a person: go to word 4"],
+  ["a jump where something isn't so", "8021a000", "if not something within 20 cm: go to word 3"],
+  ["a jump that asks a counter", "80154802", "if counter 2 is above 1: go to word 2"],
+  ["a call", "90300000", "do word 4, then come back"],
+  ["a return", "a0000000", "go back"],
+  ["a count", "b0001006", "counter 3 = 3"],
+  ["a count that takes away", "b0004002", "counter 1 − 1"],
+  ["a tell", "c0100000", "tell: followers' word 2"],
+  ["a tell in turn", "cff00000", "tell: the followers' words in turn"],
+  ["a state that a condition ends", "65800080", "drive · forward · medium · 3 s · until something within 10 cm"],
+  ["a state that the end of one ends", "618001c0", "wait · 3 s · while 'stop' was said"],
+])("the story of %s", (_, hex, story) => expect(storyOf({ hex, part: "leader", block: null }, PROFILE)).toBe(story));
+
 it("tells of lamps and of keeping away", () => {
   expect(storyOf(wordOf({ led_which: 1, led_duration: 2 }), PROFILE)).toMatch(/^light · .+ · 2 s$/);
   expect(storyOf(wordOf({ avoid_enable: 1, avoid_radius: 1, avoid_duration: 1 }), PROFILE)).toMatch(/^avoid · .+ · 1 s$/);

@@ -4,7 +4,8 @@ import type { CompiledWord, Profile } from "../api/types";
 import { levelText, secondsMeaning } from "../blocks/figures";
 import { STEP_KINDS } from "../generated/steps";
 import { say } from "../i18n";
-import { valueOf } from "./bits";
+import { endedStory, flowStory } from "./deciding";
+import { isFlow, valueOf } from "./values";
 
 const BETWEEN = " · ";
 const AND = " + ";
@@ -61,6 +62,7 @@ function kindStory(word: CompiledWord, { kind, fields }: Told, profile: Profile)
 
 export function storyOf(word: CompiledWord, profile: Profile): string {
   if (word.part === "header") return say("story.header", { leader: valueOf(word, "leader_states"), followers: valueOf(word, "follower_words") });
+  if (isFlow(word)) return flowStory(word, profile);
   const told = kindsOf(word, profile).map((kind) => kindStory(word, kind, profile));
-  return told.length ? told.join(AND) : say("story.nothing");
+  return endedStory(word, told.length ? told.join(AND) : say("story.nothing"), profile);
 }
