@@ -15,6 +15,7 @@ from motorcade.engine.simulation import COUNTED
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.lab.plan import Batch, Task, code_hash, describe
 from motorcade.lab.spec import kind_of
+from motorcade.words.image import holds_a_tell, parse_image_bytes
 from motorcade.words.infrared import word_of
 from motorcade.words.packing import bytes_to_words
 
@@ -181,8 +182,11 @@ def _to_nearest(x_m: Numbers, y_m: Numbers, leaders_x_m: Numbers, leaders_y_m: N
 def last_word(image: bytes, profile: Profile, duration_ms: int, tick_ms: int) -> int | None:
     """The follower word in the last frame that a leader with ``image`` has completed by ``duration_ms``.
 
-    None where it has completed none. The brain itself computes the frames.
+    None where it has completed none, and where it depends on what the leader senses. The brain itself computes the
+    frames.
     """
+    if holds_a_tell(parse_image_bytes(image)):
+        return None
     words = bytes_to_words(image)
     levels = levels_of(profile)
     memory = [0] * brain.SIZE
