@@ -324,7 +324,7 @@ async def flood_socket(run: "Lesson") -> None:
 ACTS = [
     (1.5, strangers_ask),
     (1.5, open_sockets),
-    (0.4, fetch_files),
+    (0.6, fetch_files),
     (1.0, other_sites),
     (0.7, bad_bodies),
     (0.7, no_other_way),

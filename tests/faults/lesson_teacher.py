@@ -370,7 +370,7 @@ ACTS = [
     (0.5, teachers_library),
     (2.0, mat),
     (0.3, collect),
-    (0.2, report),
+    (0.35, report),
     (1.5, remove),
     (0.4, end_class),
 ]

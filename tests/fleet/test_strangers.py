@@ -9,7 +9,7 @@ from zeroconf.const import _FLAGS_AA, _FLAGS_QR_RESPONSE
 
 from motorcade.fleet.cars import MOST_FOUND, Cars, Finder
 from motorcade.fleet.found import Turns
-from motorcade.fleet.places import CAR, CLASS, DRIVE, SERVICE, network_place
+from motorcade.fleet.places import CAR, CLASS, DRIVE, SERVICE, network_place, safe_name
 from motorcade.words.request import STOP
 from support.driven_car import DrivenCar
 from support.rooms import in_loop, server, simulated_cars
@@ -111,6 +111,10 @@ async def test_so_many_announced_addresses_are_kept_and_no_more():
         assert len(cars.contacts) == 2 * MOST_FOUND
         # Who announces most gives its place to another host.
         assert "127.0.1.2:7" in cars.contacts
+
+
+def test_a_strangers_name_is_one_short_line():
+    assert safe_name("a\x1b[2J\n\u202e " + "x" * 99) == "a[2J " + "x" * 35
 
 
 def test_hosts_have_their_turns_one_after_the_other_whoever_announces_most():
