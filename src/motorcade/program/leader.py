@@ -13,7 +13,7 @@ The fewest words win:
   down: a loop takes the one below those of the loops inside it, so that loops around a call are never in the way of
   the function. ``spare`` says how many of them the fragment may use.
 - A function's steps stand where it is called, if that takes no more words than a call; else the function stands behind
-  the program, with a return. For functions that are called more than once both is tried, one after the other.
+  the program, with a return.
 - A step that a condition ends is cut into states as any step is. Behind each of them but the last a jump leaves the
   step where the condition holds; equal states in a row may be counted. Where the step has no seconds, a jump goes back
   to its last state for as long as the condition does not hold.
@@ -121,6 +121,7 @@ class Leader:
         self._uncounted: dict[tuple[str, str], Diagnostic] = {}
         self._timeless: dict[str, str | None] = {}
         self._called: frozenset[str] = frozenset()
+        self._settled: set[str] = set()
         self._open: list[str] = []
         steps = list(_steps_of(program))
         for path, step in steps:
@@ -129,7 +130,7 @@ class Leader:
             (path, step) for path, step in steps if isinstance(step, FlowStep)
         ]
         self.decides = any(is_deciding(step) for _, step in steps)
-        self._counters = CounterNumbers(steps)
+        self._counters = CounterNumbers(steps if self.decides else ())
         self._numbers = self._counters.numbers
         self._spare = self._counters.spare
         self._main, self._functions = self._fewest_words(steps)
@@ -186,23 +187,37 @@ class Leader:
 
     def _fewest_words(self, steps: Iterable[tuple[str, Step]]) -> tuple[Fragment, dict[str, Fragment]]:
         """Return the leader's fragment and those of the functions that are called."""
-        sites = Counter(step.function for _, step in steps if isinstance(step, DoStep))
-        several = [name for name in self._program.functions if sites[name] > 1]
-        self._called = frozenset(several)
+        self._sites = Counter(step.function for _, step in steps if isinstance(step, DoStep))
+        for name in self._program.functions:
+            self._settle(name)
         best = self._compiled()
-        for name in several:
-            before = self._called
-            self._called = before - {name}
+        for name in sorted(self._called):
+            if len(deepest_calls(*best)) <= DEEPEST_CALL:
+                return best
+            # A function whose steps stand where it is called is no call.
+            self._called -= {name}
             tried = self._compiled()
-            if self._cost_of(*tried) <= self._cost_of(*best):
+            if self._size_of(*tried) <= MOST_PIECES:
                 best = tried
             else:
-                self._called = before
+                self._called |= {name}
         calls = deepest_calls(*best)
         if len(calls) > DEEPEST_CALL:
             deepest = calls[DEEPEST_CALL]
             self._find(error("calls-too-deep", deepest.path, deepest.id, most=DEEPEST_CALL, depth=len(calls)))
         return best
+
+    def _settle(self, name: str) -> None:
+        """Decide whether a function is called, after those that it does itself."""
+        if name in self._settled or name not in self._program.functions:
+            return
+        self._settled.add(name)
+        for _, step in walk(self._program.functions[name], ""):
+            if isinstance(step, DoStep):
+                self._settle(step.function)
+        size, count = self._function(name, self._spare).size, self._sites[name]
+        if count * size > count + size + 1:
+            self._called |= {name}
 
     def _compiled(self) -> tuple[Fragment, dict[str, Fragment]]:
         self._made.clear()
@@ -215,9 +230,6 @@ class Leader:
             used.add(name)
             found |= calls_in(functions[name].code)
         return main, {name: made for name, made in functions.items() if name in used}
-
-    def _cost_of(self, main: Fragment, functions: dict[str, Fragment]) -> tuple[bool, int]:
-        return len(deepest_calls(main, functions)) > DEEPEST_CALL, self._size_of(main, functions)
 
     def _size_of(self, main: Fragment, functions: dict[str, Fragment]) -> int:
         if not functions and main.size == len(main.code):
@@ -460,7 +472,9 @@ class Leader:
             self._find(problem.with_fixes(*(Fix("function", other) for other in known)))
             return NOTHING
         if name in self._open:
-            self._find(error("recursion", path, step.id, name=name).with_fixes(Fix(DELETE)))
+            # Each function of a circle does itself; one of them is enough.
+            problem = error("recursion", path, step.id, name=name).with_fixes(Fix(DELETE))
+            self._found.setdefault(("recursion", ""), problem)
             return NOTHING
         made = self._function(name, spare)
         if name not in self._called:
