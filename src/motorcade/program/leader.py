@@ -40,7 +40,7 @@ from motorcade.program.diagnostics import (
     warning,
 )
 from motorcade.program.expansion import Expander, Item, cut_for_leader
-from motorcade.program.flow_steps import ChangeStep, DoStep, FlowStep, IfStep, SetStep, TellStep
+from motorcade.program.flow_steps import TAKEN, ChangeStep, DoStep, FlowStep, IfStep, SetStep, TellStep
 from motorcade.program.fragments import (
     CONDITION_NUMBERS,
     IN_TURN_STEP,
@@ -133,6 +133,9 @@ class Leader:
         self._counters = CounterNumbers(steps if self.decides else ())
         self._numbers = self._counters.numbers
         self._spare = self._counters.spare
+        for name in program.functions:
+            if name in TAKEN or name in self._numbers:
+                self._find(error("name-is-taken", f"functions.{name}", name=name))
         self._main, self._functions = self._fewest_words(steps)
         self.count = self._size_of(self._main, self._functions)
         if self.count > MOST_PIECES:
