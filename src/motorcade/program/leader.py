@@ -50,6 +50,7 @@ from motorcade.program.fragments import (
     Told,
     aim,
     calls_in,
+    count_word,
     deepest_calls,
     flow_word,
     joined,
@@ -71,16 +72,11 @@ from motorcade.program.model import Program, without_ids
 from motorcade.program.parts import ENDLESS_MS, MOST_PIECES, control_word, cut, slice_of
 from motorcade.program.steps import RepeatStep, Step, is_deciding, walk
 from motorcade.words.flow import (
-    ADD,
     CALL,
-    COUNT,
     COUNTERS,
     JUMP,
     MOST_COUNT,
-    RANDOM,
     RETURN,
-    SET,
-    TAKE,
     TELL,
 )
 from motorcade.words.formats import FLOW, STATE
@@ -291,9 +287,9 @@ class Leader:
             case DoStep():
                 return self._do(step, path, spare)
             case SetStep():
-                return one_word(self._count_word(step), path, step)
+                return one_word(count_word(step, self._numbers), path, step)
             case ChangeStep():
-                return one_word(self._count_word(step), path, step)
+                return one_word(count_word(step, self._numbers), path, step)
             case TellStep():
                 return self._tell(step, path)
             case FlowStep():
@@ -493,15 +489,6 @@ class Leader:
     def _tells(self) -> list[Told]:
         code, _ = self._laid_out()
         return list(dict.fromkeys(instruction.to for instruction in code if isinstance(instruction.to, Told)))
-
-    def _count_word(self, step: SetStep | ChangeStep) -> int:
-        number = self._numbers[step.counter]
-        if isinstance(step, ChangeStep):
-            level = ADD if step.by >= 0 else TAKE
-            return flow_word(COUNT, level=level, counter=number, value=abs(step.by))
-        if step.to is None:
-            return flow_word(COUNT, level=RANDOM, counter=number, value=step.random)
-        return flow_word(COUNT, level=SET, counter=number, value=step.to)
 
 
 def _steps_of(program: Program) -> Iterator[tuple[str, Step]]:
