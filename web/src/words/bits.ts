@@ -73,7 +73,7 @@ export function spansOf(fields: readonly Field[]): BitSpan[] {
 }
 
 /** Whether it is a header word whose follower words travel with a tag. */
-const isTagged = (word: CompiledWord) => word.part === "header" && valueOf(word, "reserved") === 1;
+const isTagged = (word: CompiledWord) => word.part === "header" && valueOf(word, "reserved") % 2 === 1;
 
 const sentFor = (word: CompiledWord, dwell: string) => (isTagged(word) ? i18next.t("meaning.dwellTagged", { dwell }) : dwell);
 
