@@ -160,7 +160,7 @@ def test_a_program_comes_back_as_it_was_written(program):
 
 def deep(count):
     """Functions each of which does the next one twice."""
-    row = {f"f{number}": [*DANCE, do(f"f{number + 1}"), do(f"f{number + 1}")] for number in range(count)}
+    row = {f"f{number}": [*DANCE * 5, do(f"f{number + 1}"), do(f"f{number + 1}")] for number in range(count)}
     return row | {f"f{count}": DANCE * 2}
 
 
@@ -196,10 +196,12 @@ def test_what_cannot_be_is_said_at_its_step(steps, code, place):
 @pytest.mark.parametrize(
     ("program", "code", "path"),
     [
-        (Program([do("a")], functions={"a": [do("b")], "b": [wait(1), do("a")]}), "recursion", "functions.b[1]"),
-        (Program([do("f0"), do("f0")], functions=deep(7)), "calls-too-deep", "functions.f3[4]"),
+        (Program([do("a")], functions={"a": [do("b")], "b": [wait(1), do("a")]}), "recursion", "functions.a[0]"),
+        (Program([do("f0"), do("f0")], functions=deep(9)), "calls-too-deep", "functions.f4[20]"),
         (Program([tell(led(0, 1)), wait(1)], Followers([], tagged=False)), "tell-untagged", "followers.tagged"),
         (Program([tell(), wait(1)]), "nothing-in-turn", "followers.steps"),
+        (Program([wait(1), do("forward")], functions={"forward": [wait(1)]}), "name-is-taken", "functions.forward"),
+        (Program([wait(1), set_counter("while", 1)]), "name-is-taken", "leader[1]"),
         (Program([wait(1)], [forever(wait(1))]), "followers-cannot-decide", "followers.steps[0]"),
         (Program([wait(1)], [wait(1, until=person())]), "followers-cannot-decide", "followers.steps[0]"),
         (
@@ -226,7 +228,7 @@ def test_what_no_leader_can_do_is_said(program, code, path):
         (Program([tell(led(0, 1)), wait(0), tell(led(1, 1)), wait(1)]), "tell-too-soon", "leader[0]"),
         (
             Program(
-                [do("a"), do("a"), wait(1)], functions={"a": [tell(led(0, 1)), wait(0), *[set_counter("a", 1)] * 9]}
+                [do("a"), do("a"), wait(1)], functions={"a": [tell(led(0, 1)), wait(0), *[set_counter("n", 1)] * 9]}
             ),
             "tell-too-soon",
             "functions.a[0]",

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from keyword import kwlist
 from typing import Any, ClassVar
 
 from motorcade.config.check import choice, whole
@@ -100,6 +101,15 @@ class FlowStep(Step):
     value: int = _raw(255)
 
 
+# What the steps and conditions of a program's Python text are called, and what else has a meaning of its own there: no
+# counter and no function has such a name.
+CONDITION_NAMES = ("obstacle", "person", "heard", "dark", "counter", "chance")
+TAKEN = {
+    *(name for kind in KINDS.values() for name in kind.names),
+    *CONDITION_NAMES,
+    *("tell", "flow", "random", "leader", "followers", "profile", "program", "range", "abs", "min", "max", "round"),
+    *kwlist,
+}
 # What a tell says in place of a step: the followers' own steps in turn.
 IN_TURN = "in_turn"
 FLOW_KINDS: tuple[type[Step], ...] = (IfStep, SetStep, ChangeStep, TellStep, DoStep, FlowStep)

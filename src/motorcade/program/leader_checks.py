@@ -12,6 +12,7 @@ from motorcade.program.diagnostics import (
     warning,
 )
 from motorcade.program.flow_steps import (
+    TAKEN,
     ChangeStep,
     FlowStep,
     SetStep,
@@ -70,7 +71,10 @@ class CounterNumbers:
             if isinstance(step, SetStep | ChangeStep):
                 names.append(step.counter)
             for name in names:
-                if name not in self.numbers:
+                if name in TAKEN:
+                    self.problems.append(error("name-is-taken", path, step.id, name=name))
+                    self.numbers.setdefault(name, 0)
+                elif name not in self.numbers:
                     self._number(name, raw, path, step)
         self.spare = COUNTERS - 1 - max([*raw, *self.numbers.values()], default=-1)
 

@@ -20,6 +20,7 @@ from motorcade.program.diagnostics import (
     Span,
     error,
 )
+from motorcade.program.flow_steps import CONDITION_NAMES
 from motorcade.program.python_syntax import PythonSource
 from motorcade.program.python_values import Reckoner, UnknownValueError
 from motorcade.program.steps import (
@@ -36,7 +37,6 @@ STEP_NAMES: dict[str, type[Step]] = {name: kind for kind in KINDS.values() for n
 _SIMPLE = {name: kind for name, kind in STEP_NAMES.items() if kind in SIMPLE_KINDS}
 # What the text may call besides: the steps of a leader that decides, and conditions.
 TELL, FLOW, RANDOM, PROGRAM, FOLLOWERS = "tell", "flow", "random", "Program", "Followers"
-CONDITION_NAMES = ("obstacle", "person", "heard", "dark", "counter", "chance")
 NAMES = (PROGRAM, FOLLOWERS, *STEP_NAMES, TELL, FLOW, RANDOM, *CONDITION_NAMES)
 # Later errors are often consequences of the first ones.
 MOST_ERRORS = 20
