@@ -176,8 +176,28 @@ class StudioPage(Watched):
 
     def drag_out(self, editor: str, drawer: str, block: str, *, below: Locator) -> None:
         """Drag a block out of a drawer with the mouse and drop it below another."""
+        height = self._take_out(editor, drawer, block)
+        place = self.box(below)
+        self._drop(place["x"] + 12, place["y"] + place["height"] + height / 2)
+
+    def drag_into(self, drawer: str, block: str, holder: Locator, row: int | None = None) -> None:
+        """Drag a block out of a drawer with the mouse into the leader's ``holder``: its first gap, or one of its rows.
+
+        Args:
+            row: counts the rows from 0; each is 48 px high while it is empty. None: a condition, for the gap.
+        """
+        height = self._take_out("leader", drawer, block)
+        if row is None:
+            gap = self.box(holder.locator(":scope > .blocklyOutlinePath").first)
+            self._drop(gap["x"] + 10, gap["y"] + gap["height"] / 2)
+        else:
+            outline = self.box(holder.locator(":scope > .blocklyPath").first)
+            self._drop(outline["x"] + 30, outline["y"] + 56 + 80 * row + height / 2)
+
+    def _take_out(self, editor: str, drawer: str, block: str) -> float:
+        """Press the mouse on a block in a drawer; return the block's height."""
         self.editor(editor).get_by_role("treeitem", name=self.say(f"drawers.{drawer}")).click()
-        option, place = self.editor(editor).get_by_role("option", name=block), self.box(below)
+        option = self.editor(editor).get_by_role("option", name=block).first
         mouse = self.page.mouse
         taken, editors = self.box(option), self.box(self.editor(editor))
         if (hidden := taken["y"] + taken["height"] - editors["y"] - editors["height"]) > 0:
@@ -188,10 +208,12 @@ class StudioPage(Watched):
             taken = self.box(option)
         mouse.move(taken["x"] + 12, taken["y"] + taken["height"] / 2)
         mouse.down()
-        x, y = place["x"] + 12, place["y"] + place["height"] + taken["height"] / 2
-        mouse.move(x + 30, y + 30, steps=4)
-        mouse.move(x, y, steps=4)
-        mouse.up()
+        return taken["height"]
+
+    def _drop(self, x: float, y: float) -> None:
+        self.page.mouse.move(x + 30, y + 30, steps=4)
+        self.page.mouse.move(x, y, steps=4)
+        self.page.mouse.up()
 
     def drag_out_by_touch(self, editor: str, drawer: str, block: str, *, below: Locator) -> None:
         """Drag a block out of a drawer with a finger and drop it below another; the profile has touch."""
