@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parent.parent
 LIBRARY = "firmware/arduino"
 PROFILE = "classroom"
 # The examples for ready cars, and their pin files.
-PIN_FILES = {"Uno": "uno.toml", "Mega": "mega.toml", "mBot": "mbot.toml"}
+PIN_FILES = {"Uno": "uno.toml", "Mega": "mega.toml"}
 
 
 def arduino_files() -> dict[str, Callable[[], str]]:

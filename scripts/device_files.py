@@ -223,8 +223,7 @@ def _c_methods() -> str:
 def _c_inputs() -> str:
     lines = []
     for name, part in READ_BY.items():
-        inverted = f"settings_.{part.key}_low" if part.options else "false"
-        read = f"read_inputs(settings_.{part.key}, {len(part.roles)}, {inverted})"
+        read = f"read_inputs(settings_.{part.key}, {len(part.roles)})"
         lines.append(f"  {_C_TYPES[METHODS[name].returns]} {name}() override {{ return {read}; }}")
     return "\n".join(lines) + "\n"
 
@@ -234,12 +233,7 @@ def _c_begin() -> str:
 
 
 def _c_settings() -> str:
-    lines = []
-    for part in READ_BY.values():
-        lines.append(f"  uint8_t {part.key}[{len(part.roles)}];\n")
-        if part.options:
-            lines.append(f"  bool {part.key}_low;\n")
-    return "".join(lines)
+    return "".join(f"  uint8_t {part.key}[{len(part.roles)}];\n" for part in READ_BY.values())
 
 
 def _c_reading() -> str:

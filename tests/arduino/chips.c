@@ -3,7 +3,6 @@
  * Chips run in slices of SLICE cycles, one after the other. What a chip sends by infrared reaches the others
  * DELAY cycles later, as a demodulating receiver reports it; DELAY is longer than a slice, so the order in which chips
  * run doesn't matter. */
-#include <simavr/avr_adc.h>
 #include <simavr/avr_eeprom.h>
 #include <simavr/avr_ioport.h>
 #include <simavr/avr_uart.h>
@@ -51,7 +50,7 @@ typedef struct {
     avr_uart_t *uart;
     uint8_t *to_send;
     size_t to_send_count, sent;
-    log_t received, edges, eeprom, light, watched, pins;
+    log_t received, edges, eeprom, light, pins;
     size_t light_given, pins_given;
     int records_edges;
     uint64_t byte_cycles;
@@ -222,7 +221,7 @@ int world_add(world_t *world, const char *mmcu, const char *elf, const uint8_t *
 void world_free(world_t *world) {
     for (int i = 0; i < world->count; i++) {
         chip_t *chip = &world->chips[i];
-        log_t *logs[] = {&chip->received, &chip->edges, &chip->eeprom, &chip->light, &chip->watched, &chip->pins};
+        log_t *logs[] = {&chip->received, &chip->edges, &chip->eeprom, &chip->light, &chip->pins};
         for (size_t j = 0; j < sizeof(logs) / sizeof(logs[0]); j++) free(logs[j]->records);
         free(chip->to_send);
         free(chip->eeprom_before);
@@ -254,24 +253,6 @@ void chip_set_pin(world_t *world, int index, char port, int bit, int level, uint
 }
 
 void chip_record_edges(world_t *world, int index, int on) { world->chips[index].records_edges = on; }
-
-static void watched_pin(avr_irq_t *irq, uint32_t value, void *param) {
-    chip_t *chip = param;
-    if ((irq->value & 1) != (value & 1)) append(&chip->watched, chip->avr->cycle, 0, value & 1);
-}
-
-/* Log the edges of an output from now on. */
-void chip_watch(world_t *world, int index, char port, int bit) {
-    chip_t *chip = &world->chips[index];
-    avr_irq_register_notify(avr_io_getirq(chip->avr, AVR_IOCTL_IOPORT_GETIRQ(port), bit), watched_pin, chip);
-}
-
-/* Set the voltage at an analog input. */
-void chip_set_analog(world_t *world, int index, int channel, uint32_t millivolts) {
-    avr_t *avr = world->chips[index].avr;
-    avr->vcc = avr->avcc = avr->aref = 5000;
-    avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, channel), millivolts);
-}
 
 void chip_read(world_t *world, int index, uint32_t address, uint8_t *data, uint32_t count) {
     memcpy(data, world->chips[index].avr->data + address, count);
@@ -315,7 +296,7 @@ uint64_t chip_number(world_t *world, int index, int what) {
 /* Copy a log's records from `from` on; returns how many there are in all. */
 uint64_t chip_log(world_t *world, int index, int which, uint64_t from, record_t *records, uint64_t most) {
     chip_t *chip = &world->chips[index];
-    log_t *logs[] = {&chip->received, &chip->edges, &chip->eeprom, &chip->light, &chip->watched};
+    log_t *logs[] = {&chip->received, &chip->edges, &chip->eeprom, &chip->light};
     log_t *log = logs[which];
     for (uint64_t i = 0; i < most && from + i < log->count; i++) records[i] = log->records[from + i];
     return log->count;

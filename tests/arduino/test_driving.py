@@ -1,33 +1,72 @@
 """Emulated Unos: what a car does when somebody speaks, when it sees somebody or a wall; and a convoy by infrared."""
 
+from itertools import pairwise
+
 import pytest
 
 from motorcade.car.brain import NO_LED, VOICE_GO, VOICE_STOP
 from motorcade.config.pins import VoiceMap, parse_pins
 from motorcade.firmware.arduino_library import library_files, library_folder, sketch_files
-from motorcade.words.infrared import to_frame
+from motorcade.words.infrared import FrameReceiver, frame_durations_us, to_frame
 from motorcade.words.packing import words_to_bytes
 from support import arduino_build
-from support.arduino_cars import (
-    BARE,
-    DUTIES,
-    FOLLOW,
-    FORWARD,
-    LEADS,
-    LEFT,
-    LONGEST_TICK_US,
-    MOST_RAM_BYTES,
-    RIGHT,
-    TAGGED,
-    WORDS,
-    checked_frames,
-)
 from support.emulated_chips import EDGES, LIGHT, UNO, Chip, ChipWorld
 from support.emulated_uploads import held_image, image_of, upload
 from support.strategies import CLASSROOM
 
+CYCLES_A_US = 16
+CARRIER_HZ = 38_000
+# A longer pause between two pulses is a space.
+SPACE_US = 40
+_HALF_PERIOD_US = 1e6 / CARRIER_HZ / 2
+_MARKS_AND_SPACES = 67
+
+
+def checked_frames(edges: list[tuple[int, int]]) -> list[int]:
+    """Return the frames in a pin's edges, each the cycle and the level.
+
+    Fails unless the carrier is 38 kHz ± 1%, and each mark and space of a frame is as long as it should be ± 5%.
+    """
+    rises_us = [cycle / CYCLES_A_US for cycle, level in edges if level]
+    periods_us = [later - earlier for earlier, later in pairwise(rises_us) if later - earlier < SPACE_US]
+    carrier_hz = 1e6 * len(periods_us) / sum(periods_us)
+    assert abs(carrier_hz - CARRIER_HZ) <= CARRIER_HZ / 100
+    assert max(periods_us) - min(periods_us) < 1
+    # The first mark may have begun before the record.
+    marks = _marks(edges)[1:]
+    first = next(index for index, (begin, end) in enumerate(marks) if end - begin > 5000)
+    durations = [edge for (begin, end), (after, _) in pairwise(marks[first:]) for edge in (end - begin, after - end)]
+    receiver, frames = FrameReceiver(), []
+    for index, duration_us in enumerate(durations):
+        (receiver.receive_space if index % 2 else receiver.receive_mark)(round(duration_us))
+        frame = receiver.next_frame()
+        frames += [frame] if frame is not None else []
+    # A pause follows the last mark of each.
+    for frame, begin in zip(frames, range(0, len(durations), _MARKS_AND_SPACES + 1), strict=False):
+        for index, nominal_us in enumerate(frame_durations_us(frame)):
+            measured_us = durations[begin + index] + (-_HALF_PERIOD_US if index % 2 else _HALF_PERIOD_US)
+            assert abs(measured_us - nominal_us) <= nominal_us * 0.05
+    return frames
+
+
+def _marks(edges: list[tuple[int, int]]) -> list[tuple[float, float]]:
+    """Where each mark begins and ends, in µs: from its first pulse to the end of its last one."""
+    marks: list[tuple[float, float]] = []
+    for cycle, level in edges:
+        at_us = cycle / CYCLES_A_US
+        if level and (not marks or at_us - marks[-1][1] > SPACE_US):
+            marks.append((at_us, at_us))
+        elif marks:
+            marks[-1] = (marks[-1][0], at_us)
+    return marks
+
+
 # Registers of an ATmega328P: the ports of LEDs and motors, and the PWM at D5 and D6.
 PORTB, PORTC, PORTD, TCCR0A, OCR0A, OCR0B = 0x25, 0x28, 0x2B, 0x44, 0x47, 0x48
+DUTIES = (0, 115, 180, 255)
+FORWARD, LEFT, RIGHT = range(3)
+LONGEST_TICK_US = 5000
+MOST_RAM_BYTES = 1638
 
 
 def convoy(world: ChipWorld, program, image: bytes, hears: list[list[int]]) -> list[Chip]:
@@ -60,6 +99,21 @@ def shown(chip: Chip) -> tuple[int, int, int]:
     # LED 3 is at D13.
     lit = portc & 7 | portb >> 2 & 8
     return direction, DUTIES.index(left), {0: NO_LED, 1: 0, 2: 1, 4: 2, 8: 3}[lit]
+
+
+def word(direction: int, speed: int, led: int, seconds: int = 3) -> int:
+    """A word that drives and lights an LED for so long; infrared is accepted by followers alone."""
+    return 1 << 29 | direction << 27 | speed << 25 | seconds << 23 | led << 21 | seconds << 19
+
+
+# Followers' words last longer than a dwell, which is 2 s.
+LEADS = ((LEFT, 2, 0), (FORWARD, 0, 2), (RIGHT, 3, 1))
+STATES = tuple(word(*does, seconds) for does, seconds in zip(LEADS, (1, 1, 2), strict=True))
+FOLLOW = ((LEFT, 1, 1), (RIGHT, 2, 0), (LEFT, 3, 3))
+WORDS = tuple(1 << 31 | word(*does) for does in FOLLOW)
+BARE = words_to_bytes((0x03030200, *STATES, *WORDS))
+FORWARD_BIT = 1 << 30
+TAGGED = words_to_bytes((0x03030201, *STATES, *(word | FORWARD_BIT for word in WORDS)))
 
 
 def test_the_waveform_at_the_pin_is_a_frame_on_a_carrier_of_38_khz(world, car_program) -> None:

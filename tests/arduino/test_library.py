@@ -10,9 +10,9 @@ from motorcade.car.brain import VOICE_GO, VOICE_STOP
 from motorcade.config.pins import VoiceMap, load_pins, parse_pins
 from motorcade.firmware.arduino_library import library_files, library_folder, sketch_files
 from support.arduino_build import MEGA, UNO
-from support.arduino_cars import MOST_FLASH_BYTES
 from support.strategies import CLASSROOM
 
+MOST_FLASH_BYTES = 26 * 1024
 MOST_RAM_BYTES = 1638
 HERE = Path(__file__).parent
 VOICE = VoiceMap(9600, ((b"\xaa\x01", VOICE_STOP), (b"\xaa\x02", VOICE_GO)))

@@ -13,7 +13,6 @@ from motorcade.words.packing import bytes_to_words, words_to_bytes
 from motorcade.words.upload import READBACK_REQUEST
 from motorcade.words.uploader import REFUSED, VERIFIED
 from support import arduino_build, emulated_chips
-from support.arduino_cars import LONGEST_TICK_US, MOST_FLASH_BYTES, MOST_RAM_BYTES
 from support.emulated_chips import CYCLES_A_MS, EEPROM, RECEIVED, UNO, ChipWorld
 from support.emulated_uploads import BAUD, flow_image_of, held_image, image_of, run, upload
 from support.faulty_line import Faults
@@ -22,6 +21,10 @@ SMALL = words_to_bytes((0x03030200, 0x65880000, 0x64800000, 0x6B000000, 0xA5A800
 # What an Uno and a Mega can hold.
 MOST = {"uno": 125, "mega": 509}
 KINDS = {"uno": (arduino_build.UNO, emulated_chips.UNO), "mega": (arduino_build.MEGA, emulated_chips.MEGA)}
+# The limits.
+MOST_FLASH_BYTES = 26 * 1024
+MOST_RAM_BYTES = 1638
+LONGEST_TICK_US = 5000
 
 
 @pytest.fixture

@@ -66,7 +66,7 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
 def test_each_setting_comes_from_the_files_of_the_builder() -> None:
     text = header(UNO + "[voice]\nreceive = 19\n", VOICE)
     found = {name: value for value, name in re.findall(r"^    (.*),  // (\w+)$", text, re.MULTILINE)}
-    assert found["left_motor"] == "{7, 8, 5, 1}"
+    assert found["left_motor"] == "{7, 8, 5}"
     assert found["infrared_sender"] == "11"
     assert found["voice"] == "19"
     assert found["voice_baud"] == "9600"
@@ -125,16 +125,7 @@ def test_a_voice_module_that_the_sketch_could_not_hear_is_refused() -> None:
 def test_the_example_for_any_board_drives_no_pin() -> None:
     text = (library_folder() / "examples" / "AnyBoard" / "car.h").read_text(encoding="utf-8")
     found = {name: value for value, name in re.findall(r"^    (.*),  // (\w+)$", text, re.MULTILINE)}
-    numbers = (
-        "levels",
-        "baud",
-        "range_mm",
-        "drive_duties",
-        "turn_duties",
-        "voice_baud",
-        "voice_pattern_count",
-        "floor_low",
-    )
+    numbers = ("levels", "baud", "range_mm", "drive_duties", "turn_duties", "voice_baud", "voice_pattern_count")
     pins = {name: value for name, value in found.items() if name not in (*numbers, "voice_patterns")}
-    assert len(pins) == 12
-    assert all(re.fullmatch(r"{?NO_PIN(, NO_PIN)*(, 1)?}?", value) for value in pins.values())
+    assert len(pins) == 10
+    assert all(re.fullmatch(r"{?NO_PIN(, NO_PIN)*}?", value) for value in pins.values())

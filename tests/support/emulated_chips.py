@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 CYCLES_A_MS = 16_000
 # Which log of a chip.
-RECEIVED, EDGES, EEPROM, LIGHT, WATCHED = range(5)
+RECEIVED, EDGES, EEPROM, LIGHT = range(4)
 _OVERRUNS, _LONGEST_AWAKE, _AWAKE, _RESET_LONGEST = range(4)
 PAINT = 0xC5
 
@@ -28,7 +28,6 @@ class ChipKind(NamedTuple):
 
 
 UNO = ChipKind("atmega328p", 1024, 0x100, 0x900, ("B", 3), ("D", 2))
-MBOT = UNO._replace(sender=("D", 3))
 MEGA = ChipKind("atmega2560", 4096, 0x200, 0x2200, ("B", 4), ("E", 4))
 
 
@@ -123,14 +122,6 @@ class Chip:
     def record_edges(self) -> None:
         """Log the edges at the infrared pin from now on."""
         self._call("chip_record_edges", 1)
-
-    def watch(self, port: str, bit: int) -> None:
-        """Log the edges of an output from now on."""
-        self._call("chip_watch", ctypes.c_char(port.encode()), bit)
-
-    def set_analog(self, channel: int, millivolts: int) -> None:
-        """Set the voltage at an analog input."""
-        self._call("chip_set_analog", channel, millivolts)
 
     def read(self, address: int, count: int) -> bytes:
         """Bytes of the data memory."""

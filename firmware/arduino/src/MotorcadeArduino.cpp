@@ -49,34 +49,23 @@ void ArduinoBoard::begin(uint16_t most_words) {
   begin_inputs(settings_.pir, 1);
   begin_inputs(settings_.floor, 2);
   // End of the section.
-  if (settings_.button != NO_PIN && is_held(settings_.button)) is_leader_ = true;
   Serial.begin(settings_.baud);
   store_.begin(most_words);
   number_ = store_.number(number_);
   ultrasonic_.begin();
   if (settings_.echo != NO_PIN) {
-    listen(settings_.echo, take_echo_edge);
+    attachInterrupt(digitalPinToInterrupt(settings_.echo), take_echo_edge, CHANGE);
   }
   if (settings_.infrared_receiver != NO_PIN) {
     pinMode(settings_.infrared_receiver, INPUT_PULLUP);
-    listen(settings_.infrared_receiver, take_infrared_edge);
+    attachInterrupt(digitalPinToInterrupt(settings_.infrared_receiver), take_infrared_edge, CHANGE);
   }
 }
 
-bool ArduinoBoard::is_held(uint8_t pin) {
-  pinMode(pin, INPUT_PULLUP);
-  return digitalRead(pin) == LOW;
-}
-
-void ArduinoBoard::listen(uint8_t pin, void (*take_edge)()) {
-  attachInterrupt(digitalPinToInterrupt(pin), take_edge, CHANGE);
-}
-
-uint8_t ArduinoBoard::read_inputs(const uint8_t *pins, uint8_t count, bool is_low_active) {
-  const uint8_t active = is_low_active ? LOW : HIGH;
+uint8_t ArduinoBoard::read_inputs(const uint8_t *pins, uint8_t count) {
   uint8_t bits = 0;
   for (uint8_t place = 0; place < count; place++) {
-    if (pins[place] != NO_PIN && digitalRead(pins[place]) == active) bits |= 1 << place;
+    if (pins[place] != NO_PIN && digitalRead(pins[place]) == HIGH) bits |= 1 << place;
   }
   return bits;
 }

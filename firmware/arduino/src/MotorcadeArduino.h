@@ -38,8 +38,8 @@ class ArduinoBoard : public Board {
   bool senses_carrier() override;
   uint32_t obstacle_mm() override { return ultrasonic_.distance_mm(); }
   // Written by scripts/generate.py from motorcade.devices; don't edit.
-  bool sees_person() override { return read_inputs(settings_.pir, 1, false); }
-  uint8_t dark_floor() override { return read_inputs(settings_.floor, 2, settings_.floor_low); }
+  bool sees_person() override { return read_inputs(settings_.pir, 1); }
+  uint8_t dark_floor() override { return read_inputs(settings_.floor, 2); }
   // End of the section.
   uint8_t heard_voice() override;
   void set_wheels(uint8_t direction, uint8_t speed_level) override { wheels_.set(direction, speed_level); }
@@ -48,12 +48,8 @@ class ArduinoBoard : public Board {
  protected:
   // Return the next byte of the voice module, -1 for none.
   virtual int16_t read_voice() { return voice_ ? voice_->read() : -1; }
-  // Call `take_edge` by an interrupt at each edge of a pin.
-  virtual void listen(uint8_t pin, void (*take_edge)());
-  // Whether somebody holds the button at a pin, which is high otherwise.
-  virtual bool is_held(uint8_t pin);
-  // Return which of `count` digital inputs are active, as bits, the first one the lowest; an input without a pin isn't.
-  static uint8_t read_inputs(const uint8_t *pins, uint8_t count, bool is_low_active);
+  // Return which of `count` digital inputs are high, as bits, the first one the lowest; an input without a pin is low.
+  static uint8_t read_inputs(const uint8_t *pins, uint8_t count);
   // Note that this car sends a frame from now on, for so long.
   void begin_echo(uint32_t frame);
 

@@ -22,77 +22,14 @@ const uint8_t HEADER_SPACE_UNITS = 8;
 const uint8_t PARTS = 67;
 const uint8_t UNIT_US = 17;  // of levels
 
-// OC2A, one of the two outputs of timer 2; the other is OC2B.
+// OC2A, the output of timer 2.
 #ifdef UBRR1H
-const uint8_t OUTPUT_A = 10;  // Mega
+const uint8_t CARRIER_PIN = 10;  // Mega
+const uint8_t CARRIER_BIT = PB4;
 #else
-const uint8_t OUTPUT_A = 11;  // Uno, Nano
+const uint8_t CARRIER_PIN = 11;  // Uno, Nano
+const uint8_t CARRIER_BIT = PB3;
 #endif
-
-// Where the carrier leaves: the pin's port and bit, and the bits of timer 2 that clear, toggle and force its output.
-volatile uint8_t *carrier_port;
-uint8_t carrier_bit;
-uint8_t clear_output;
-uint8_t toggle_output;
-uint8_t force_output;
-
-// A pin whose edges come by the interrupt of its port, which belongs to all pins of the port.
-struct Listener {
-  volatile uint8_t *input;
-  uint8_t bit;
-  uint8_t level;
-  void (*take_edge)();
-};
-
-// The echo, the infrared receiver and the voice module.
-const uint8_t MOST_LISTENERS = 3;
-Listener listeners[MOST_LISTENERS];
-uint8_t listener_count;
-
-void take_port_edges() {
-  for (uint8_t i = 0; i < listener_count; i++) {
-    Listener &listener = listeners[i];
-    const uint8_t level = *listener.input & listener.bit;
-    if (level == listener.level) continue;
-    listener.level = level;
-    listener.take_edge();
-  }
-}
-
-// RGB LEDs with a WS2812, as many as a car of a shop has; data for one that isn't there is lost.
-const uint8_t PIXELS = 2;
-// Green, red and blue of LED 0 to 3, which are yellow, blue, green and pink, and of none; dim enough for a dark room.
-const uint8_t COLOURS[5][3] PROGMEM = {{28, 40, 0}, {0, 0, 48}, {40, 0, 0}, {6, 40, 20}, {0, 0, 0}};
-// What a car with a button shows at power-on, for so long.
-const uint8_t NO_LED = 4;
-const uint8_t LEADER_LED = 0;
-const uint8_t FOLLOWER_LED = 1;
-const uint16_t ROLE_SHOWN_MS = 1000;
-
-// Send a byte to WS2812s, its highest bit first, while interrupts are off. A bit takes 18 cycles, 1.1 us: its pin is
-// high for 5 of them (0.31 us) where the bit is 0, and for 11 (0.69 us) where it is 1.
-void send_to_pixels(volatile uint8_t *port, uint8_t high, uint8_t low, uint8_t byte) {
-  static_assert(F_CPU == 16000000UL, "the pulses of WS2812 are counted in cycles of 16 MHz");
-  uint8_t bits = 8;
-  asm volatile(
-      "1: st %a[port], %[high]\n\t"
-      "   lsl %[byte]\n\t"
-      "   brcs 2f\n\t"
-      "   nop\n\t"
-      "   st %a[port], %[low]\n\t"
-      "   rjmp .+0\n\t"
-      "   rjmp .+0\n\t"
-      "   rjmp 3f\n\t"
-      "2: rjmp .+0\n\t"
-      "   rjmp .+0\n\t"
-      "   rjmp .+0\n\t"
-      "   st %a[port], %[low]\n\t"
-      "3: rjmp .+0\n\t"
-      "   dec %[bits]\n\t"
-      "   brne 1b\n\t"
-      : [byte] "+r"(byte), [bits] "+r"(bits)
-      : [port] "e"(port), [high] "r"(high), [low] "r"(low));
-}
 
 // The frame on the air: its bits that are still to come, which of its parts is on, and a unit in ticks of timer 1.
 volatile uint32_t frame_bits;
@@ -101,24 +38,22 @@ uint16_t unit_ticks;
 
 void begin_carrier() {
   // Clear the output's latch, so that each mark begins with a pulse.
-  TCCR2A = _BV(WGM21) | clear_output;
-  TCCR2B = force_output;
+  TCCR2A = _BV(WGM21) | _BV(COM2A1);
+  TCCR2B = _BV(FOC2A);
   TCNT2 = CARRIER_TOP - 1;
-  TCCR2A = _BV(WGM21) | toggle_output;
+  TCCR2A = _BV(WGM21) | _BV(COM2A0);
   TCCR2B = _BV(CS20);
 }
 
 void end_carrier() {
   TCCR2A = _BV(WGM21);
   TCCR2B = 0;
-  *carrier_port &= ~carrier_bit;
+  PORTB &= ~_BV(CARRIER_BIT);
 }
 
 #ifndef UBRR1H
 EdgeSerial *edge_serial = nullptr;
 uint8_t edge_serial_pin = NO_PIN;
-
-void take_voice_edge() { edge_serial->take_edge(micros(), digitalRead(edge_serial_pin) == HIGH); }
 #endif
 
 }  // namespace
@@ -146,9 +81,9 @@ ISR(TIMER1_COMPA_vect) {
   frame_bits <<= 1;
 }
 
-ISR(PCINT0_vect) { take_port_edges(); }
-ISR(PCINT1_vect, ISR_ALIASOF(PCINT0_vect));
-ISR(PCINT2_vect, ISR_ALIASOF(PCINT0_vect));
+#ifndef UBRR1H
+ISR(PCINT1_vect) { edge_serial->take_edge(micros(), digitalRead(edge_serial_pin) == HIGH); }
+#endif
 
 uint16_t AvrEeprom::size() { return E2END + 1; }
 
@@ -206,19 +141,11 @@ AvrBoard::AvrBoard(const CarSettings &settings, bool is_leader, uint32_t number)
 void AvrBoard::begin(uint16_t most_words) {
   ArduinoBoard::begin(most_words);
   if (settings_.infrared_sender != NO_PIN) {
-    const uint8_t pin = settings_.infrared_sender;
-    const bool is_a = pin == OUTPUT_A;
-    carrier_port = portOutputRegister(digitalPinToPort(pin));
-    carrier_bit = digitalPinToBitMask(pin);
-    clear_output = is_a ? _BV(COM2A1) : _BV(COM2B1);
-    toggle_output = is_a ? _BV(COM2A0) : _BV(COM2B0);
-    force_output = is_a ? _BV(FOC2A) : _BV(FOC2B);
-    pinMode(pin, OUTPUT);
-    digitalWrite(pin, LOW);
+    pinMode(CARRIER_PIN, OUTPUT);
+    digitalWrite(CARRIER_PIN, LOW);
     unit_ticks = settings_.levels[UNIT_US] * TICKS_PER_US;
     end_carrier();
     OCR2A = CARRIER_TOP;
-    OCR2B = CARRIER_TOP;
     TCCR1A = 0;
     TCCR1B = _BV(CS11);
   }
@@ -230,74 +157,15 @@ void AvrBoard::begin(uint16_t most_words) {
     edge_serial = &line;
     edge_serial_pin = settings_.voice;
     pinMode(settings_.voice, INPUT_PULLUP);
-    listen(settings_.voice, take_voice_edge);
+    *digitalPinToPCMSK(settings_.voice) |= _BV(digitalPinToPCMSKbit(settings_.voice));
+    PCICR |= _BV(PCIE1);
 #endif
-  }
-  if (settings_.pixels != NO_PIN) {
-    pinMode(settings_.pixels, OUTPUT);
-    digitalWrite(settings_.pixels, LOW);
-  }
-  // A pixel's colour is unknown at power-on.
-  shows_role_ = settings_.button != NO_PIN;
-  if (!shows_role_) {
-    light(NO_LED);
-  } else {
-    light(is_leader() ? LEADER_LED : FOLLOWER_LED);
   }
   wdt_enable(WDTO_500MS);
 }
 
-void AvrBoard::set_led(uint8_t which) {
-  led_ = which;
-  if (!shows_role_) light(which);
-}
-
-void AvrBoard::light(uint8_t which) {
-  ArduinoBoard::set_led(which);
-  if (settings_.pixels == NO_PIN || which == lit_) return;
-  lit_ = which;
-  volatile uint8_t *const port = portOutputRegister(digitalPinToPort(settings_.pixels));
-  const uint8_t bit = digitalPinToBitMask(settings_.pixels);
-  for (uint8_t pixel = 0; pixel < PIXELS; pixel++) {
-    // An edge of infrared waits for one pixel at most, 30 us.
-    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
-      const uint8_t high = *port | bit;
-      const uint8_t low = high ^ bit;
-      for (const uint8_t &colour : COLOURS[which]) send_to_pixels(port, high, low, pgm_read_byte(&colour));
-    }
-  }
-}
-
-void AvrBoard::listen(uint8_t pin, void (*take_edge)()) {
-#ifdef UBRR1H
-  // Most pins of a Mega have no interrupt of their port.
-  if (digitalPinToInterrupt(pin) != NOT_AN_INTERRUPT) {
-    ArduinoBoard::listen(pin, take_edge);
-    return;
-  }
-#endif
-  Listener &listener = listeners[listener_count];
-  listener.input = portInputRegister(digitalPinToPort(pin));
-  listener.bit = digitalPinToBitMask(pin);
-  listener.level = *listener.input & listener.bit;
-  listener.take_edge = take_edge;
-  listener_count++;
-  *digitalPinToPCMSK(pin) |= _BV(digitalPinToPCMSKbit(pin));
-  PCICR |= _BV(digitalPinToPCICRbit(pin));
-}
-
-bool AvrBoard::is_held(uint8_t pin) {
-  // A Nano's A6 and A7 have no digital input.
-  if (pin >= NUM_DIGITAL_PINS) return analogRead(pin) < 512;
-  return ArduinoBoard::is_held(pin);
-}
-
 void AvrBoard::rest() {
   wdt_reset();
-  if (shows_role_ && millis() >= ROLE_SHOWN_MS) {
-    shows_role_ = false;
-    light(led_);
-  }
   set_sleep_mode(SLEEP_MODE_IDLE);
   // Edges and bytes wake the chip, too; the brain needs no more than one tick a millisecond.
   const uint8_t now_ms = millis();

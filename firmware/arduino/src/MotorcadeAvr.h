@@ -2,7 +2,7 @@
 // the hardware watchdog.
 //
 // The sketch must not use these timers: no Servo, no tone(), no analogWrite at pins 3, 9, 10, 11 (Mega: 9, 10, 11, 12).
-// It must not use SoftwareSerial either, which needs the interrupts of ports.
+// On an Uno or Nano it must not use SoftwareSerial either, which needs the interrupt of the voice module's pin.
 #ifndef MOTORCADE_AVR_H
 #define MOTORCADE_AVR_H
 
@@ -34,23 +34,12 @@ class AvrBoard : public ArduinoBoard {
   void rest() override;
   bool is_sending() override;
   void send_frame(uint32_t frame) override;
-  // LEDs, and RGB LEDs (WS2812) that all shine in the LED's colour.
-  void set_led(uint8_t which) override;
 
  protected:
-  void listen(uint8_t pin, void (*take_edge)()) override;
-  bool is_held(uint8_t pin) override;
   int16_t read_voice() override;
 
  private:
-  void light(uint8_t which);
-
   AvrEeprom eeprom_;
-  // What the brain lights, and what shines.
-  uint8_t led_ = 4;
-  uint8_t lit_ = 255;
-  // A car with a button shows for a moment whether it leads.
-  bool shows_role_ = false;
 };
 
 }  // namespace motorcade

@@ -17,8 +17,6 @@ const uint8_t PING_EVERY_MS = 60;
 const uint8_t STALE_MS = 3 * PING_EVERY_MS;
 // Sound travels 343 m/s at 20 °C, there and back.
 const uint16_t MM_PER_2000_US = 343;
-// A shorter pulse is no echo: with one wire the ping itself is seen, too. It is what 17 mm would give.
-const uint8_t SHORTEST_ECHO_US = 100;
 
 void begin_motor(const MotorPins &pins) {
   const uint8_t all[] = {pins.forward, pins.backward, pins.enable};
@@ -38,14 +36,8 @@ void drive_motor(const MotorPins &pins, int16_t duty) {
     analogWrite(pins.backward, duty < 0 ? share : 0);
     return;
   }
-  // No power while the direction changes.
+  // Never both at once, and no power while they change.
   analogWrite(pins.enable, 0);
-  if (pins.backward == NO_PIN) {
-    digitalWrite(pins.forward, (duty >= 0) == (pins.forward_is != 0) ? HIGH : LOW);
-    analogWrite(pins.enable, share);
-    return;
-  }
-  // Never both at once.
   digitalWrite(pins.forward, LOW);
   digitalWrite(pins.backward, LOW);
   if (duty > 0) digitalWrite(pins.forward, HIGH);
@@ -81,7 +73,7 @@ void Ultrasonic::take_edge(uint32_t at_us, bool level) {
     is_rising_ = false;
     const uint32_t width_us = at_us - rose_us_;
     // The sensor holds the line for 38 ms where it finds nothing.
-    if (width_us >= SHORTEST_ECHO_US) width_us_ = width_us > 0xFFFF ? 0xFFFF : width_us;
+    width_us_ = width_us == 0 ? 1 : width_us > 0xFFFF ? 0xFFFF : width_us;
   }
 }
 
@@ -109,11 +101,9 @@ void Ultrasonic::ping(uint32_t now_ms) {
   has_pinged_ = true;
   pinged_ms_ = now_ms;
   has_answer_ = false;
-  if (trigger_ == echo_) pinMode(trigger_, OUTPUT);
   digitalWrite(trigger_, HIGH);
   delayMicroseconds(10);
   digitalWrite(trigger_, LOW);
-  if (trigger_ == echo_) pinMode(echo_, INPUT);
 }
 
 uint8_t VoicePatterns::take(uint8_t byte) {

@@ -8,7 +8,7 @@
 
 namespace motorcade {
 
-// Two motors behind a driver.
+// Two motors behind an L298-style driver.
 class Wheels {
  public:
   explicit Wheels(const CarSettings &settings) : settings_(settings) {}
@@ -21,7 +21,6 @@ class Wheels {
 };
 
 // An HC-SR04 that is read without waiting: an interrupt times the echo, and the last distance measured is the answer.
-// Where trigger and echo are one pin, the sensor has one wire.
 class Ultrasonic {
  public:
   Ultrasonic(uint8_t trigger, uint8_t echo, uint16_t range_mm) : trigger_(trigger), echo_(echo), range_mm_(range_mm) {}

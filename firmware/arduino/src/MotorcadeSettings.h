@@ -9,14 +9,11 @@ namespace motorcade {
 
 const uint8_t NO_PIN = 255;
 
-// A motor behind an L298-style driver: without `enable` the PWM is on the direction pins. A driver with one pin for the
-// direction has it as `forward`, its PWM as `enable`, and no `backward`.
+// A motor behind an L298-style driver. Without `enable` the PWM is on the direction pins.
 struct MotorPins {
   uint8_t forward;
   uint8_t backward;
   uint8_t enable;
-  // The level of `forward` at which the motor turns forward; with two direction pins it is 1.
-  uint8_t forward_is;
 };
 
 // Bytes that a voice module sends, and the command that they mean.
@@ -37,18 +34,12 @@ struct CarSettings {
   uint8_t drive_duties[4];
   uint8_t turn_duties[4];
   uint8_t leds[4];
-  // The data pin of RGB LEDs (WS2812), which shine in the colour of the LED that a word lights.
-  uint8_t pixels;
-  // One pin for both: a sensor that answers where it was asked.
   uint8_t trigger;
   uint8_t echo;
-  // Whoever holds the button at power-on makes the car lead.
-  uint8_t button;
-  // The pins of digital inputs, and which of them are 1 where their pin is low.
+  // The pins of digital inputs.
   // Written by scripts/generate.py from motorcade.devices; don't edit.
   uint8_t pir[1];
   uint8_t floor[2];
-  bool floor_low;
   // End of the section.
   uint8_t infrared_receiver;
   uint8_t infrared_sender;

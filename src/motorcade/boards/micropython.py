@@ -61,8 +61,7 @@ class MicroPythonBoard(Board):
         pins = settings["pins"]
         self._wheels: MotorPair | None = None
         if "left_motor" in pins and "right_motor" in pins:
-            low = settings["backward_is_high"]
-            left, right = [Motor(machine, pins[key], 0 if key in low else 1) for key in ("left_motor", "right_motor")]
+            left, right = [Motor(machine, pins[key]) for key in ("left_motor", "right_motor")]
             self._wheels = MotorPair(left, right, settings["drive_duties"], settings["turn_duties"])
         # LEDs 0 to 3, None for each that isn't there.
         self._leds: list[Any] = []
@@ -78,7 +77,6 @@ class MicroPythonBoard(Board):
         self._inputs = {}
         for part, numbers in settings["inputs"].items():
             self._inputs[part] = [machine.Pin(number, machine.Pin.IN) for number in numbers]
-        self._low_inputs = settings["low_inputs"]
         infrared = pins.get("infrared", {})
         self._receiver: InfraredReceiver | None = None
         # A leader receives nothing, so it needs no interrupts.
@@ -178,9 +176,8 @@ class MicroPythonBoard(Board):
     def read_inputs(self, part: str) -> int:
         bits = 0
         place = 0
-        inactive = 1 if part in self._low_inputs else 0
         for pin in self._inputs.get(part, ()):
-            bits = bits | (pin.value() ^ inactive) << place
+            bits = bits | pin.value() << place
             place = place + 1
         return bits
 

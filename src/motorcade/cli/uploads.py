@@ -202,7 +202,7 @@ def _arduino_library(
     except OSError as problem:
         raise MotorcadeError("file-not-writable", file=output, reason=problem) from None
     data = {"output": str(output), "files": sorted(files), "bytes": sum(map(len, files.values()))}
-    sketch = "Uno / Mega / mBot"
+    sketch = "Uno / Mega"
     if pins:
         sketch = OWN_SKETCH
     print_result(data, translated("library-written", output=output, files=len(files), sketch=sketch), as_json)

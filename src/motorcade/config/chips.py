@@ -44,9 +44,7 @@ class Chip(NamedTuple):
         header: for each pin that a car may use, its number on the connector, or 0 where boards differ.
         input_only: pins that can be read but not driven.
         taken: pins that the computer needs for itself, each with the reason.
-        analog_only: pins that have no digital input: only a button can be there.
-        only: for wires that not every pin can serve, such as ``infrared.sender``, the pins that can; none where the
-            chip can't have the wire.
+        only: for wires that not every pin can serve, such as ``infrared.sender``, the pins that can.
         cautions: pins that a car may use, but that do something at power-on or carry a load.
         names: what is printed at a pin, where that isn't GPIO and its number.
         has_5_v_pins: whether its pins give and take 5 V; otherwise 3.3 V.
@@ -66,7 +64,6 @@ class Chip(NamedTuple):
     header: dict[int, int]
     input_only: frozenset[int] = frozenset()
     taken: Mapping[int, Phrase] = MappingProxyType({})
-    analog_only: frozenset[int] = frozenset()
     only: Mapping[str, tuple[int, ...]] = MappingProxyType({})
     cautions: Mapping[int, tuple[Caution, ...]] = MappingProxyType({})
     names: Mapping[int, str] = MappingProxyType({})
@@ -79,12 +76,6 @@ class Chip(NamedTuple):
     arduino: tuple[str, ...] = ()
     is_whole_arduino: bool = False
     fastest_voice_baud: int = 0
-
-    def able(self, wire: str) -> tuple[int, ...]:
-        """Return the pins that a wire, such as ``infrared.sender``, can be at."""
-        if wire in self.only:
-            return self.only[wire]
-        return tuple(pin for pin in self.header if pin not in self.analog_only or wire == "button.signal")
 
     def label(self, pin: int) -> str:
         """Return what to look for on the board: ``GPIO17 (11)`` is GPIO 17, the connector's pin 11."""
@@ -108,14 +99,9 @@ _PICO_ORDER = (
 _MAX_LINES = 512
 _ESP32_USABLE = (0, 2, 4, 5, *range(12, 20), *range(21, 24), *range(25, 28), *range(32, 40))
 
-# An Arduino's analog pins follow its digital ones; pins 0 and 1 are the USB port's serial line. A Nano and boards of
-# robots have A6 and A7, which an Uno lacks.
-_UNO_PINS, _MEGA_PINS = range(2, 22), range(2, 70)
-_UNO_ANALOG_ONLY = frozenset((20, 21))
+# An Arduino's analog pins follow its digital ones; pins 0 and 1 are the USB port's serial line.
+_UNO_PINS, _MEGA_PINS = range(2, 20), range(2, 70)
 _MEGA_PWM = (*range(2, 9), 13, 44, 45, 46)
-# Each edge at such a pin is an interrupt: of its own, or of its port.
-_UNO_EDGES = tuple(range(2, 20))
-_MEGA_EDGES = (2, 3, *range(10, 16), *range(18, 22), *range(50, 54), *range(62, 70))
 _UNO_NAMES = {pin: f"D{pin}" if pin < 14 else f"A{pin - 14}" for pin in _UNO_PINS}
 _MEGA_NAMES = {pin: f"D{pin}" if pin < 54 else f"A{pin - 54}" for pin in _MEGA_PINS}
 
@@ -141,24 +127,18 @@ _ARDUINO_CAUTIONS = {13: (Caution(Phrase("pin-with-led"), "read"), Caution(Phras
 
 
 def _only(
-    pwm: tuple[int, ...], edges: tuple[int, ...], senders: tuple[int, ...], voice: tuple[int, ...]
+    pwm: tuple[int, ...], interrupts: tuple[int, ...], sender: int, voice: tuple[int, ...]
 ) -> dict[str, tuple[int, ...]]:
     """The wires of an Arduino that not every pin can serve."""
     return {
         "left_motor.enable": pwm,
-        "left_motor.pwm": pwm,
         "right_motor.enable": pwm,
-        "right_motor.pwm": pwm,
-        "ultrasonic.echo": edges,
-        "ultrasonic.signal": edges,
-        "infrared.receiver": edges,
-        "infrared.sender": senders,
+        "ultrasonic.echo": interrupts,
+        "infrared.receiver": interrupts,
+        "infrared.sender": (sender,),
         "voice.receive": voice,
     }
 
-
-# What no board with MicroPython or Linux has code for.
-_ARDUINO_ALONE: dict[str, tuple[int, ...]] = {"ultrasonic.signal": (), "pixels.data": (), "button.signal": ()}
 
 CHIPS = (
     Chip(
@@ -166,7 +146,6 @@ CHIPS = (
         "Raspberry Pi",
         dict(_RASPBERRY_PI_ORDER),
         taken={0: _MEMORY, 1: _MEMORY},
-        only=_ARDUINO_ALONE,
         cautions=_PI_CAUTIONS,
         runs_linux=True,
     ),
@@ -180,7 +159,6 @@ CHIPS = (
             25: Phrase("pin-of-board-led"),
             29: Phrase("pin-of-supply-measure"),
         },
-        only=_ARDUINO_ALONE,
         micropython=(
             Firmware("rp2350", "Raspberry Pi Pico 2", "rp2", "RP2350"),
             Firmware("rp2040", "Raspberry Pi Pico", "rp2"),
@@ -193,7 +171,6 @@ CHIPS = (
         dict.fromkeys(_ESP32_USABLE, 0),
         frozenset(range(34, 40)),
         {**dict.fromkeys(range(6, 12), _FLASH), 1: _USB, 3: _USB},
-        only=_ARDUINO_ALONE,
         cautions=_ESP32_CAUTIONS,
         micropython=(Firmware("esp32", "ESP32", "esp32"),),
         has_wifi=True,
@@ -201,14 +178,13 @@ CHIPS = (
         sends_at={"voice": 17},
         arduino=("CONFIG_IDF_TARGET_ESP32",),
     ),
-    # Infrared leaves at an output of timer 2, and timers 1 and 2 drive no motors then.
+    # Infrared leaves at timer 2's output, and timers 1 and 2 drive no motors then. Receivers need an interrupt each.
     Chip(
         "arduino-uno",
         "Arduino Uno or Nano",
         dict.fromkeys(_UNO_PINS, 0),
         taken={0: _USB, 1: _USB},
-        analog_only=_UNO_ANALOG_ONLY,
-        only=_only(pwm=(5, 6), edges=_UNO_EDGES, senders=(11, 3), voice=_UNO_EDGES),
+        only=_only(pwm=(5, 6), interrupts=(2, 3), sender=11, voice=tuple(range(14, 20))),
         cautions=_ARDUINO_CAUTIONS,
         names=_UNO_NAMES,
         has_5_v_pins=True,
@@ -221,20 +197,14 @@ CHIPS = (
         "Arduino Mega 2560",
         dict.fromkeys(_MEGA_PINS, 0),
         taken={0: _USB, 1: _USB},
-        only=_only(pwm=_MEGA_PWM, edges=_MEGA_EDGES, senders=(10, 9), voice=(19,)),
+        only=_only(pwm=_MEGA_PWM, interrupts=(2, 3, 18, 19, 20, 21), sender=10, voice=(19,)),
         cautions=_ARDUINO_CAUTIONS,
         names=_MEGA_NAMES,
         has_5_v_pins=True,
         arduino=("__AVR_ATmega2560__", "__AVR_ATmega1280__"),
         is_whole_arduino=True,
     ),
-    Chip(
-        "linux",
-        "another computer with Linux",
-        dict.fromkeys(range(_MAX_LINES), 0),
-        only=_ARDUINO_ALONE,
-        runs_linux=True,
-    ),
+    Chip("linux", "another computer with Linux", dict.fromkeys(range(_MAX_LINES), 0), runs_linux=True),
 )
 
 # Each board whose MicroPython runs a car, and its chip in pin files.

@@ -11,7 +11,7 @@ A pin file says which of a car's devices is connected to which pin of which comp
     backward = 6
 
 A car has the parts that have a table; `motorcade.devices` declares those that there are. Pins are the chip's own
-numbers (GPIO or BCM), not those of a connector, or what is printed at them: "D5", "A0", "GP5", "GPIO5".
+numbers (GPIO or BCM), not those of a connector.
 
 A voice map says what a voice module sends for which spoken word. Makers and users program such modules themselves, so
 each sends bytes of its own:
@@ -24,8 +24,8 @@ each sends bytes of its own:
     bytes = "AA 01"     # hexadecimal; or text = "stop\\r\\n", sent as UTF-8
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 from itertools import permutations
 from pathlib import Path
@@ -53,11 +53,7 @@ PARTS = (*(part for device in DEVICES for part in device.parts), *_SWITCHED)
 # The parts that a board reads as bits.
 INPUTS = tuple(part for part in PARTS if part.read_by)
 # Outputs that do no harm at power-on: a ping more, a blink.
-_HARMLESS = ("ultrasonic", "leds", "pixels")
-_PIN = allowed_as("pin-number", {"type": ["integer", "string"]})
-_FIRST_VALUES = {(part.key, option.key): option.values[0] for part in PARTS for option in part.options}
-# A pin's name begins so where it is printed with its number.
-_PREFIXES = ("GPIO", "GP")
+_HARMLESS = ("ultrasonic", "leds")
 
 
 class Wire(NamedTuple):
@@ -93,7 +89,6 @@ class PinMap:
         name: what the car is called.
         chip: the computer that it has.
         wires: its wires, in the order of PARTS.
-        options: what the file says of parts beside their pins: the part's key and the option's, and the word.
         drive_duties: PWM duty of a motor, 0 to 255, for each speed level while the car drives straight on.
         turn_duties: the same while it turns on the spot.
     """
@@ -101,7 +96,6 @@ class PinMap:
     name: str
     chip: Chip
     wires: tuple[Wire, ...]
-    options: Mapping[tuple[str, str], str] = field(default_factory=dict)
     drive_duties: tuple[int, ...] = (0, 85, 170, 255)
     turn_duties: tuple[int, ...] = (0, 85, 170, 255)
 
@@ -112,14 +106,6 @@ class PinMap:
     def pin(self, device: str, role: str) -> int | None:
         """The pin of a device's wire, None where it has none."""
         return next((wire.pin for wire in self.wires if (wire.device.key, wire.role.key) == (device, role)), None)
-
-    def option(self, device: str, key: str) -> str:
-        """What the file says of a device; what holds where it says nothing."""
-        return self.options.get((device, key)) or _FIRST_VALUES[device, key]
-
-    def is_low_active(self, part: Part) -> bool:
-        """Whether an input that a board reads as bits is 1 where its pin is low."""
-        return any(self.option(part.key, option.key) != option.values[0] for option in part.options)
 
     @property
     def warnings(self) -> tuple[Phrase, ...]:
@@ -138,9 +124,8 @@ class PinMap:
             return True
         if caution.concerns == "read":
             return not wire.role.drives
-        # The direction pins of a motor with an enable, or a PWM, turn nothing by themselves.
-        has_enable = self.pin(wire.device.key, "enable") is not None
-        is_direction = wire.role.key == "direction" or (wire.role.key in ("forward", "backward") and has_enable)
+        # The direction pins of a motor with an enable turn nothing by themselves.
+        is_direction = wire.role.key in ("forward", "backward") and self.pin(wire.device.key, "enable") is not None
         return wire.role.drives and not is_direction and wire.device.key not in _HARMLESS
 
 
@@ -149,11 +134,8 @@ def pins_schema() -> Schema:
     """The JSON Schema of a pin file, parsed; which pins a chip has is not in it."""
     devices = {}
     for device in PARTS:
-        roles = dict.fromkeys((role.key for role in device.roles), _PIN)
-        options = {option.key: choice(*option.values) for option in device.options}
-        # Which wires belong to one form, no schema says.
-        optional = tuple(role.key for role in device.roles if device.forms or not role.needed)
-        devices[device.key] = table((*optional, *options), **roles, **options)
+        optional = tuple(role.key for role in device.roles if not role.needed)
+        devices[device.key] = table(optional, **{role.key: {"type": "integer"} for role in device.roles})
     levels = list_of(whole(0, DUTY_MAX), _LEVELS, _LEVELS)
     keys = {
         "format": choice(FORMAT),
@@ -175,78 +157,33 @@ def parse_pins(text: str, file: str) -> PinMap:
     values = load(parse(text, "TOML", file), pins_schema(), file)
     chip = chip_named(values["chip"])
     wires = []
-    options: dict[tuple[str, str], str] = {}
     for device in PARTS:
         given = values.get(device.key)
         if given is None:
             continue
-        roles = [role for role in device.roles if role.key in given]
-        if not roles:
+        if not given:
             known = ", ".join(role.key for role in device.roles)
             raise InputError("device-without-pins", file=file, device=device.key, known=known)
-        _check_form(device, roles, file)
-        wires += [Wire(device, role, _pin_number(given[role.key], chip)) for role in roles]
-        options |= {(device.key, option.key): given[option.key] for option in device.options if option.key in given}
+        wires += [Wire(device, role, given[role.key]) for role in device.roles if role.key in given]
     if not wires:
         raise InputError("no-device", file=file, known=", ".join(device.key for device in PARTS))
     _check_pins(wires, chip, file)
-    return PinMap(values["name"], chip, tuple(wires), options, **_duties(values.get("duties", {}), file))
+    return PinMap(values["name"], chip, tuple(wires), **_duties(values.get("duties", {}), file))
 
 
-def _check_form(device: Part, roles: list[Role], file: str) -> None:
-    """Check that the wires are those of one form of the device, and that none is missing."""
-    if not device.forms:
-        return
-    named = {role.key for role in roles}
-    form = max(device.forms, key=lambda keys: len(named.intersection(keys)))
-    if not named.issubset(form):
-        forms = " / ".join(" + ".join(keys) for keys in device.forms)
-        raise InputError(
-            "wires-of-two-forms",
-            file=file,
-            device=device.key,
-            wires=" + ".join(role.key for role in roles),
-            forms=forms,
-        )
-    for role in device.roles:
-        if role.key in form and role.needed and role.key not in named:
-            place = f"{device.key}.{role.key}"
-            raise InputError("missing-key", file=file, place=place, value="", allowed=Phrase("pin-number"))
-
-
-def _pin_number(given: int | str, chip: Chip) -> Any:
-    """Return the chip's own number of a pin that is given by it, or by what is printed there; else what was given."""
-    if isinstance(given, int):
-        return given
-    printed = given.upper()
-    for pin, name in chip.names.items():
-        if name == printed:
-            return pin
-    for prefix in _PREFIXES:
-        number = printed.removeprefix(prefix)
-        if not chip.names and number != printed and number.isdecimal():
-            return int(number)
-    return given
-
-
-def _check_pins(wires: Sequence[Wire], chip: Chip, file: str) -> None:
+def _check_pins(wires: list[Wire], chip: Chip, file: str) -> None:
     wire_at: dict[int, str] = {}
     for wire in wires:
         name = f"{wire.device.key}.{wire.role.key}"
         pin = wire.pin
-        value = shown(pin)
-        if pin in chip.analog_only:
-            value = chip.label(pin)
-        place = {"file": file, "wire": name, "value": value, "chip": chip.title}
+        place = {"file": file, "wire": name, "value": shown(pin), "chip": chip.title}
         if pin in chip.taken:
             raise InputError("pin-taken", **place, use=chip.taken[pin])
         if pin not in chip.header:
             raise InputError("no-such-pin", **place, pins=_ranges(chip))
-        able = chip.able(name)
-        if not able:
-            raise InputError("wire-not-on-chip", **place)
-        if pin not in able:
-            raise InputError("pin-cannot", **place, pins=", ".join(map(chip.label, able)))
+        if pin not in chip.only.get(name, (pin,)):
+            able = ", ".join(map(chip.label, chip.only[name]))
+            raise InputError("pin-cannot", **place, pins=able)
         if wire.role.drives and pin in chip.input_only:
             raise InputError("pin-only-reads", **place)
         if pin in wire_at:

@@ -15,8 +15,5 @@ SERIAL_LINE = Device(
     parts=(Part("serial", "GND", (Role("transmit", True, "RX"), Role("receive", False, "TX"))),),
 )
 
-# A button that makes a car the leader, where somebody holds it while the car is switched on.
-BUTTON = Device("button", parts=(Part("button", "GND", (Role("signal", False, "S"),)),))
-
 # In the order in which the page, tables, wiring and a board's contract show them.
-DEVICES = (MOTOR, LED, ULTRASONIC, VOICE, PIR, FLOOR, INFRARED, SERIAL_LINE, BUTTON, CHASSIS)
+DEVICES = (MOTOR, LED, ULTRASONIC, VOICE, PIR, FLOOR, INFRARED, SERIAL_LINE, CHASSIS)

@@ -200,19 +200,6 @@ class Role:
 
 
 @dataclass(eq=False)
-class Option:
-    """What a pin file says of a part beside its pins: one of a few words.
-
-    Attributes:
-        key: its name in a pin file.
-        values: the words; the first one holds where a file says nothing.
-    """
-
-    key: str
-    values: tuple[str, ...]
-
-
-@dataclass(eq=False)
 class Part:
     """What is wired to a car's computer.
 
@@ -223,8 +210,6 @@ class Part:
         supply_5_v: what it needs where the computer's pins take 5 V and that makes a difference.
         read_by: the method of a board that reads its roles as bits, the first role's the lowest. Boards need no code
             for such a part.
-        forms: where there are several kinds of it, the keys of each kind's roles; a pin file names those of one kind.
-        options: what else a pin file may say of it.
     """
 
     key: str
@@ -232,8 +217,6 @@ class Part:
     roles: tuple[Role, ...]
     supply_5_v: str = ""
     read_by: str = ""
-    forms: tuple[tuple[str, ...], ...] = ()
-    options: tuple[Option, ...] = ()
 
 
 @dataclass(eq=False)

@@ -7,7 +7,6 @@ from motorcade.devices.declaration import (
     Device,
     Input,
     Method,
-    Option,
     Part,
     Role,
     Sense,
@@ -82,8 +81,6 @@ FLOOR = Device(
             (Role("left", False, "DO, TCRT5000 left"), Role("right", False, "DO, TCRT5000 right")),
             supply_5_v="5 V, GND",
             read_by="dark_floor",
-            # The level of a sensor's pin over dark floor.
-            options=(Option("dark_is", ("high", "low")),),
         ),
     ),
     things=(

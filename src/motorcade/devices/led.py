@@ -28,7 +28,5 @@ LED = Device(
     ),
     parts=(
         Part("leds", "GND", tuple([Role(f"led_{which}", True, f"LED {which}", needed=False) for which in range(4)])),
-        # They shine in the colour of the LED that a word lights: yellow, blue, green or pink.
-        Part("pixels", "5 V, GND", (Role("data", True, "DIN, WS2812"),)),
     ),
 )

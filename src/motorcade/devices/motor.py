@@ -8,7 +8,6 @@ from motorcade.devices.declaration import (
     Device,
     Input,
     Method,
-    Option,
     Part,
     Role,
     StepKind,
@@ -21,23 +20,14 @@ SECONDS = seconds("motor_duration")
 
 
 def wheel_motor(key: str, terminals: "tuple[str, str, str]") -> Part:
-    """Return a motor behind a driver: an L298-style one, or one with a pin for the direction and one for the power.
-
-    Args:
-        key: its table in a pin file.
-        terminals: what is printed on an L298-style driver: forward, backward and enable.
-    """
+    """Return a motor behind an L298-style driver, whose ``terminals`` are forward, backward and enable."""
     forward, backward, enable = terminals
     roles = (
         Role("forward", True, forward),
         Role("backward", True, backward),
         Role("enable", True, enable, needed=False),
-        Role("direction", True, "DIR"),
-        Role("pwm", True, "PWM"),
     )
-    forms = (("forward", "backward", "enable"), ("direction", "pwm"))
-    # The level of the direction's pin at which the car drives forward.
-    return Part(key, "6–12 V, GND", roles, forms=forms, options=(Option("forward_is", ("high", "low")),))
+    return Part(key, "6–12 V, GND", roles)
 
 
 MOTOR = Device(

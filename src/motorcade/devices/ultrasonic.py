@@ -47,13 +47,7 @@ ULTRASONIC = Device(
         Part(
             "ultrasonic",
             "5 V, GND",
-            (
-                Role("trigger", True, "TRIG"),
-                Role("echo", False, "ECHO ÷ 1 kΩ, 2 kΩ", terminal_5_v="ECHO"),
-                Role("signal", True, "SIG"),
-            ),
-            # A sensor with one wire answers where it was asked.
-            forms=(("trigger", "echo"), ("signal",)),
+            (Role("trigger", True, "TRIG"), Role("echo", False, "ECHO ÷ 1 kΩ, 2 kΩ", terminal_5_v="ECHO")),
         ),
     ),
     things=(

@@ -99,16 +99,14 @@ def _header(about: list[str], guard: list[str], pins: PinMap, profile: Profile, 
         "levels": _list(levels_of(profile)),
         "baud": profile.serial.baud,
         "range_mm": profile.body.ultrasonic_range_mm,
-        "left_motor": _motor(pins, "left_motor"),
-        "right_motor": _motor(pins, "right_motor"),
+        "left_motor": _list(_pin(pins, "left_motor", role) for role in ("forward", "backward", "enable")),
+        "right_motor": _list(_pin(pins, "right_motor", role) for role in ("forward", "backward", "enable")),
         "drive_duties": _list(pins.drive_duties),
         "turn_duties": _list(pins.turn_duties),
         "leds": _list(_pin(pins, "leds", f"led_{which}") for which in range(4)),
-        "pixels": _pin(pins, "pixels", "data"),
-        "trigger": _pin(pins, "ultrasonic", "trigger", "signal"),
-        "echo": _pin(pins, "ultrasonic", "echo", "signal"),
-        "button": _pin(pins, "button", "signal"),
-        **_inputs(pins),
+        "trigger": _pin(pins, "ultrasonic", "trigger"),
+        "echo": _pin(pins, "ultrasonic", "echo"),
+        **{part.key: _list(_pin(pins, part.key, role.key) for role in part.roles) for part in INPUTS},
         "infrared_receiver": _pin(pins, "infrared", "receiver"),
         "infrared_sender": _pin(pins, "infrared", "sender"),
         "voice": _pin(pins, "voice", "receive"),
@@ -150,25 +148,6 @@ def _header(about: list[str], guard: list[str], pins: PinMap, profile: Profile, 
             "",
         ]
     )
-
-
-def _motor(pins: PinMap, motor: str) -> str:
-    numbers = [
-        _pin(pins, motor, "forward", "direction"),
-        _pin(pins, motor, "backward"),
-        _pin(pins, motor, "enable", "pwm"),
-    ]
-    forward_is = int(pins.option(motor, "forward_is") == "high")
-    return _list([*numbers, forward_is])
-
-
-def _inputs(pins: PinMap) -> dict[str, str]:
-    fields = {}
-    for part in INPUTS:
-        fields[part.key] = _list(_pin(pins, part.key, role.key) for role in part.roles)
-        if part.options:
-            fields[f"{part.key}_low"] = str(pins.is_low_active(part)).lower()
-    return fields
 
 
 def _pattern(pattern: tuple[bytes, int]) -> str:
@@ -216,8 +195,8 @@ def _check(pins: PinMap, voice: VoiceMap | None) -> None:
         raise InputError("arduino-without-voice", car=pins.name, chip=chip.title)
     able = chip.only.get("left_motor.enable", chip.header)
     for wire in pins.wires:
-        has_power = _pin(pins, wire.device.key, "enable", "pwm") != _NO_PIN
-        is_pulsed = wire.device.key in ("left_motor", "right_motor") and not has_power
+        has_enable = pins.pin(wire.device.key, "enable") is not None
+        is_pulsed = wire.device.key in ("left_motor", "right_motor") and not has_enable
         if is_pulsed and wire.pin not in able:
             # The car's sketch pulses the direction pins of a motor without enable.
             raise InputError(
@@ -233,13 +212,11 @@ def _check(pins: PinMap, voice: VoiceMap | None) -> None:
             raise InputError("voice-pattern-too-long", car=pins.name, count=longest, most=_LONGEST_PATTERN)
 
 
-def _pin(pins: PinMap, device: str, *roles: str) -> str:
-    """Return the pin of the first of these roles that the device has."""
-    for role in roles:
-        pin = pins.pin(device, role)
-        if pin is not None:
-            return str(pin)
-    return _NO_PIN
+def _pin(pins: PinMap, device: str, role: str) -> str:
+    pin = pins.pin(device, role)
+    if pin is None:
+        return _NO_PIN
+    return str(pin)
 
 
 def _list(values: Iterable[object]) -> str:

@@ -21,7 +21,6 @@ from motorcade.imports import PACKAGE, needed_files
 MAIN = "main.py"
 # The folder that MicroPython searches for modules.
 LIBRARY = "lib"
-_MOTORS = ("left_motor", "right_motor")
 # What only some cars need, by the setting that asks for it: those modules are imported inside functions.
 EXTRAS = {
     "wifi": PACKAGE / "boards" / "on_chip" / "wifi_line.py",
@@ -86,8 +85,6 @@ def settings_of(
         "inputs": {
             part.key: [wire.pin for wire in pins.wires if wire.device is part] for part in INPUTS if pins.has(part.key)
         },
-        "low_inputs": [part.key for part in INPUTS if pins.is_low_active(part)],
-        "backward_is_high": [motor for motor in _MOTORS if pins.option(motor, "forward_is") == "low"],
         "uarts": {device: _uart(pins, device) for device in ("serial", "voice") if pins.has(device)},
     }
     if pins.has("voice"):

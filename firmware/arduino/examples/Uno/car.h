@@ -14,18 +14,15 @@ static const motorcade::CarSettings CAR = {
     {0, 1000, 2000, 3000, 1000, 2000, 3000, 4000, 5000, 6000, 7000, 8000, 100, 200, 300, 400, 100, 560, 5, 250, 6, 110, 3520, 2, 10000},  // levels
     115200,  // baud
     2000,  // range_mm
-    {7, 8, 5, 1},  // left_motor
-    {9, 10, 6, 1},  // right_motor
+    {7, 8, 5},  // left_motor
+    {9, 10, 6},  // right_motor
     {0, 115, 180, 255},  // drive_duties
     {0, 115, 180, 255},  // turn_duties
     {14, 15, 16, 13},  // leds
-    NO_PIN,  // pixels
     4,  // trigger
     3,  // echo
-    NO_PIN,  // button
     {12},  // pir
     {18, 17},  // floor
-    false,  // floor_low
     2,  // infrared_receiver
     11,  // infrared_sender
     NO_PIN,  // voice

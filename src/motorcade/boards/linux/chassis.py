@@ -36,44 +36,32 @@ class Chassis(Protocol):
 
 
 class GpioMotor:
-    """One motor behind a driver, at the pins of ``part`` in a pin file.
+    """One motor behind an L298-style driver, at the pins of ``part`` in a pin file.
 
-    Without ``enable`` the PWM is on the direction pins, unless the driver has one for it. ``devices`` closes what is
-    opened here.
+    Without ``enable`` the PWM is on the direction pins. ``devices`` closes what is opened here.
     """
 
     def __init__(self, pins: PinMap, part: str, factory: Any, devices: ExitStack) -> None:
         pulsed = partial(PWMOutputDevice, frequency=PWM_HZ, pin_factory=factory)
         switched = partial(OutputDevice, pin_factory=factory)
-        self._power = []
+        self._enable = []
         kind = pulsed
-        for key in ("enable", "pwm"):
-            pin = pins.pin(part, key)
-            if pin is not None:
-                self._power = [devices.enter_context(pulsed(pin))]
-                kind = switched
-        keys: tuple[str, ...] = ("forward", "backward")
-        if pins.pin(part, "direction") is not None:
-            keys = ("direction",)
-        self._directions = [devices.enter_context(kind(pins.pin(part, key))) for key in keys]
-        self._forward_is = pins.option(part, "forward_is") == "high"
+        enable = pins.pin(part, "enable")
+        if enable is not None:
+            self._enable = [devices.enter_context(pulsed(enable))]
+            kind = switched
+        self._directions = [devices.enter_context(kind(pins.pin(part, key))) for key in ("forward", "backward")]
 
     def drive(self, duty: int) -> None:
         """Turn forward with ``duty`` 1 to 255 of full power, backward with -1 to -255; with 0 the motor coasts."""
         # Never both at once, and no power while they change.
-        for device in self._power + self._directions:
+        for device in self._enable + self._directions:
             device.value = 0
-        if not duty:
-            return
-        if len(self._directions) == 1:
-            is_forward = duty > 0
-            self._directions[0].value = is_forward == self._forward_is
-            self._power[0].value = abs(duty) / DUTY_MAX
-            return
-        on = [self._directions[duty < 0], *self._power]
-        for device in on[:-1]:
-            device.value = 1
-        on[-1].value = abs(duty) / DUTY_MAX
+        if duty:
+            on = [self._directions[duty < 0], *self._enable]
+            for device in on[:-1]:
+                device.value = 1
+            on[-1].value = abs(duty) / DUTY_MAX
 
 
 class TwoMotors(MotorPair):

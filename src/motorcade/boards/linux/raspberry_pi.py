@@ -77,7 +77,6 @@ class RaspberryPi(ComputerBoard):
             ]
             for part in INPUTS
         }
-        self._low_inputs = [part.key for part in INPUTS if pins.is_low_active(part)]
         self._range_mm = profile.body.ultrasonic_range_mm
         trigger = pins.pin("ultrasonic", "trigger")
         self._ultrasonic = self._open(_DistanceSensor, pins.pin("ultrasonic", "echo"), trigger, self._range_mm, factory)
@@ -122,12 +121,7 @@ class RaspberryPi(ComputerBoard):
         return round(share * self._range_mm)
 
     def read_inputs(self, part: str) -> int:
-        inactive = part in self._low_inputs
-        bits = 0
-        for place, pin in enumerate(self._inputs[part]):
-            if pin is not None and pin.value != inactive:
-                bits |= 1 << place
-        return bits
+        return sum(int(pin.value) << place for place, pin in enumerate(self._inputs[part]) if pin is not None)
 
     def received_frames(self) -> list[int] | tuple[int, ...]:
         if self._sender is not None:

@@ -36,49 +36,40 @@ _CHECKSUM_BYTES = 4
 
 
 class Motor:
-    """One motor behind a driver: an L298-style one, or one with a pin for the direction and one for the power.
+    """One motor behind an L298-style driver: two direction pins and a PWM.
 
     Args:
         machine: MicroPython's module.
-        pins: GPIO numbers: ``forward``, ``backward`` and, where the driver has it, ``enable``; without it the PWM is on
-            the direction pins. Or ``direction`` and ``pwm``.
-        forward_is: the level of ``direction`` at which the motor turns forward.
+        pins: ``forward``, ``backward`` and, where the driver has it, ``enable``; GPIO numbers.
+            Without ``enable`` the PWM is on the direction pins.
     """
 
-    def __init__(self, machine: "Any", pins: "Mapping[str, int]", forward_is: int = 1) -> None:
-        self._forward_is = forward_is
-        self._directions = []
-        for key in ("forward", "backward", "direction"):
-            if key in pins:
-                self._directions.append(machine.Pin(pins[key], machine.Pin.OUT, value=0))
-        pulsed = self._directions
-        for key in ("enable", "pwm"):
-            if key in pins:
-                pulsed = [machine.Pin(pins[key], machine.Pin.OUT, value=0)]
-        self._is_pulsed_itself = pulsed is self._directions
+    def __init__(self, machine: "Any", pins: "Mapping[str, int]") -> None:
+        directions = [machine.Pin(pins[key], machine.Pin.OUT, value=0) for key in ("forward", "backward")]
+        pulsed = directions
+        self._directions: list[Any] = []
+        if "enable" in pins:
+            pulsed = [machine.Pin(pins["enable"], machine.Pin.OUT, value=0)]
+            self._directions = directions
         self._pulsed = [machine.PWM(pin, freq=PWM_HZ, duty_u16=0) for pin in pulsed]
 
     def drive(self, duty: int) -> None:
         """Turn forward with ``duty`` 1 to 255 of full power, backward with -1 to -255; with 0 the motor coasts."""
         share = abs(duty) * _FULL // _DUTY_MAX
-        if self._is_pulsed_itself:
+        if not self._directions:
             forward, backward = self._pulsed
             forward.duty_u16(share if duty > 0 else 0)
             backward.duty_u16(share if duty < 0 else 0)
             return
-        # No power while the direction changes.
+        # Never both at once, and no power while they change.
         self._pulsed[0].duty_u16(0)
-        if len(self._directions) == 1:
-            self._directions[0].value(self._forward_is if duty >= 0 else 1 - self._forward_is)
-        else:
-            # Never both at once.
-            forward, backward = self._directions
-            forward.value(0)
-            backward.value(0)
-            if duty > 0:
-                forward.value(1)
-            if duty < 0:
-                backward.value(1)
+        forward, backward = self._directions
+        forward.value(0)
+        backward.value(0)
+        if duty > 0:
+            forward.value(1)
+        if duty < 0:
+            backward.value(1)
         self._pulsed[0].duty_u16(share)
 
 
