@@ -18,7 +18,7 @@ from rich.console import Console
 from rich.table import Table
 from scripts.exports.brain_c import brain_c
 
-from motorcade.car import brain
+from motorcade.car import brain, decisions
 from motorcade.words import receiver
 from support.arduino_build import CORE
 
@@ -30,6 +30,7 @@ NAMES = {
     "follower-tagged": "follower, tagged words",
     "leader-bare": "leader, bare words",
     "leader-tagged": "leader, tagged words",
+    "leader-decides": "leader, 16 flow words in each tick",
     "receiver": "receiver, 8 words",
 }
 
@@ -52,7 +53,11 @@ def sizes(folder: Path) -> dict[str, int]:
     _compile(folder, "brain.o", "-c", "motorcade_brain.c")
     printed = subprocess.check_output(["avr-size", "brain.o"], cwd=folder, encoding="utf-8")
     text, data, bss = (int(each) for each in printed.splitlines()[1].split()[:3])
-    return {"flash": text + data, "RAM": data + bss, "RAM of its memories": 4 * (brain.SIZE + receiver.SIZE)}
+    return {
+        "flash": text + data,
+        "RAM": data + bss,
+        "RAM of its memories": 4 * (brain.SIZE + receiver.SIZE) + decisions.SIZE,
+    }
 
 
 def measured(folder: Path) -> list[Ticks]:

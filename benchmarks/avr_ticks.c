@@ -17,17 +17,20 @@
 #define WORDS_A_TICK 8
 #define UPLOAD_WORDS 121
 
+#define FLOW_WORDS 16
+
 struct motorcade_image {
-    uint32_t words[7];
+    uint32_t words[1 + FLOW_WORDS];
 };
 
 static const uint32_t LEVELS[25] = {0, 1000, 2000, 3000, 1000, 2000, 3000, 4000, 5000, 6000, 7000, 8000, 100,
                                     200, 300, 400, 100, 560, 5, 250, 6, 110, 3520, 2, 10000};
 static uint32_t memory[MOTORCADE_BRAIN_SIZE], receiver[MOTORCADE_RECEIVER_SIZE];
+static uint8_t decisions[MOTORCADE_DECISIONS_SIZE];
 static struct motorcade_senses senses = {.obstacle_mm = 1000};
 static uint8_t buffer[UPLOAD_WORDS * 4];
 static struct motorcade_image image;
-static struct motorcade_car car = {0, memory, &image, LEVELS};
+static struct motorcade_car car = {0, memory, decisions, &image, LEVELS};
 static uint32_t now, arriving;
 static volatile uint16_t overflows;
 
@@ -85,6 +88,30 @@ static void print_line(const char *name, uint32_t sum, uint16_t count, uint32_t 
     printf("%s %lu %lu\n", name, (unsigned long)(sum / count), (unsigned long)worst);
 }
 
+static uint32_t step(uint32_t *worst)
+{
+    const uint32_t begin = cycles();
+    motorcade_step_step(&car, now);
+    const uint32_t took = cycles() - begin;
+    if (took > *worst) *worst = took;
+    now = motorcade_ticks_later_ms(now, TICK_MS);
+    return took;
+}
+
+/* A leader that executes FLOW_WORDS flow words in each tick: all draw a number, and none is a state. */
+static void run_flow(void)
+{
+    uint32_t sum = 0, worst = 0;
+    image.words[0] = (uint32_t)FLOW_WORDS << 24 | MOTORCADE_FLOW_DECIDES;
+    for (uint8_t i = 0; i < FLOW_WORDS; i++) image.words[1 + i] = 0x80060100UL | (uint32_t)((i + 1) % FLOW_WORDS) << 20;
+    car.leads = 1;
+    motorcade_brain_switch_on(memory, 7, now);
+    motorcade_decisions_survey(decisions, &image, 0, 1 + FLOW_WORDS, LEVELS);
+    motorcade_step_begin_program(&car, now);
+    for (uint16_t i = 0; i < TICKS; i++) sum += step(&worst);
+    print_line("leader-decides", sum, TICKS, worst);
+}
+
 static void run(const char *name, uint8_t leads, uint8_t is_tagged)
 {
     /* A leader with 3 states, and 3 follower words that are passed on; one drives at random and avoids obstacles. */
@@ -103,12 +130,7 @@ static void run(const char *name, uint8_t leads, uint8_t is_tagged)
             if (i % 50 == 0) tag = motorcade_infrared_next_tag(tag, arriving);
             arriving = is_tagged ? motorcade_infrared_tagged_frame(arriving, tag) : motorcade_infrared_to_frame(arriving);
         }
-        const uint32_t begin = cycles();
-        motorcade_step_step(&car, now);
-        const uint32_t took = cycles() - begin;
-        sum += took;
-        if (took > worst) worst = took;
-        now = motorcade_ticks_later_ms(now, TICK_MS);
+        sum += step(&worst);
     }
     print_line(name, sum, TICKS, worst);
 }
@@ -148,6 +170,7 @@ int main(void)
     run("follower-tagged", 0, 1);
     run("leader-bare", 1, 0);
     run("leader-tagged", 1, 1);
+    run_flow();
     run_upload();
     cli();
     sleep_mode();

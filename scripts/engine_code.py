@@ -85,7 +85,7 @@ def register() -> None:
     import numba.np.arrayobj
     from numba.extending import register_jitable
 
-    from motorcade.car import brain, frames, next_wakeup, step
+    from motorcade.car import brain, decisions, frames, next_wakeup, step
     from motorcade.engine import backend, events
     from motorcade.mats import plane
     from motorcade.words import infrared, ticks
@@ -94,12 +94,14 @@ def register() -> None:
     # loop became one of vectors.
     numba.np.arrayobj.fix_integer_index = _to_index
     # Portable functions can't be decorated where they stand.
-    plain = (ticks, infrared, brain, frames, next_wakeup, step, events, plane)
+    plain = (ticks, infrared, brain, frames, decisions, next_wakeup, step, events, plane)
     found = ((module, each) for module in plain for each in vars(module).values())
     portable = [each for module, each in found if isinstance(each, FunctionType) and each.__module__ == module.__name__]
     for function in (*backend.FUNCTIONS, *portable):
         if function is not infrared.ones:
-            register_jitable(forceinline=True)(function)
+            # Few cars decide: their code shouldn't stand between that of all others.
+            is_rare = function.__module__ == decisions.__name__ and function is not decisions.decides
+            register_jitable(forceinline=not is_rare)(function)
     _register_ones(infrared.ones)
     for kind in backend.CLASSES:
         for name, method in vars(kind).items():

@@ -13,7 +13,7 @@ from motorcade.program import steps
 from motorcade.program.blocks import SETTINGS_IN_START
 from motorcade.program.conditions import SENSES
 from motorcade.program.parts import word_fields
-from motorcade.program.python_reader import STEP_NAMES
+from motorcade.program.python_calls import STEP_NAMES
 from motorcade.program.steps import COMMON, KINDS, RepeatStep, Step, TogetherStep, first_value, own_fields
 from motorcade.words.field import WordFormat
 from motorcade.words.flow import CONDITIONS, OPS

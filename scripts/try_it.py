@@ -27,10 +27,10 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
 
     def with_link(block: re.Match[str]) -> str:
         try:
-            program = read_python(block["text"]).program
+            project = project_of(read_python(block["text"]).program)
         except ProgramError:
             return block[0]
-        link = _link(studio, block["name"] or "", project_text(project_of(program)), language)
+        link = _link(studio, block["name"] or "", project_text(project), language)
         return f"{block[0]}\n{link}\n"
 
     return _BLOCK.sub(with_link, markdown).replace(EXAMPLES, _table(studio, language))

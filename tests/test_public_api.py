@@ -15,6 +15,10 @@ PUBLIC = {
     "words": ["CONTROL", "DRIVE", "FRAME", "HEADER", "LIGHTS", "WordError"],
     "programs": ["Compiled", "Followers", "Program", "ProgramError", "compile_program", "decompile", "read_program"],
     "steps": [name for kind in KINDS.values() for name in kind.names],
+    "deciding": [
+        *("chance", "change_counter", "counter", "dark", "do", "flow", "forever", "heard", "if_", "obstacle"),
+        *("person", "random", "repeat_until", "set_counter", "tell"),
+    ],
     "mats": ["Mat", "Physics", "Pose", "formation", "open_table", "read_mat"],
     "boards": ["BoardObserver", "check_board"],
     "driving": ["BlockingDriveClient", "DriveClient"],

@@ -6,7 +6,7 @@ The files are translated from the Python of the same functions, by `scripts.expo
 import ast
 from pathlib import Path
 
-from motorcade.car import brain, frames, step
+from motorcade.car import brain, decisions, frames, step
 from motorcade.car.senses import Senses
 from motorcade.words import blocks, flow, infrared, positions, receiver, request, ticks
 
@@ -16,9 +16,9 @@ from .c_source import CAR, PREFIX, WORDS, Source, number
 from .templates import filled_template
 
 # Which modules are in C, in the order of the files.
-_MODULES = (ticks, infrared, blocks, positions, request, flow, receiver, brain, frames, step)
+_MODULES = (ticks, infrared, blocks, positions, request, flow, receiver, brain, frames, decisions, step)
 # All functions of these, and whatever they need of the others.
-_WHOLE = ("receiver", "brain", "frames", "step")
+_WHOLE = ("receiver", "brain", "frames", "decisions", "step")
 # Python has these functions by itself; in C they are a part of the template.
 _SUPPLIED = frozenset({"blocks"})
 # The class that declares what the functions need of a car.

@@ -8,7 +8,7 @@ counterpart in C with the same meaning is refused with file and line. docs/adr/0
 import ast
 
 from .c_expressions import ANYTHING, NUMBER, SMALL, Expressions, Function, cast, declared_function
-from .c_source import NOTHING, SIGNED, UNSIGNED, WORDS, Source, in_comment
+from .c_source import BYTES, NOTHING, SIGNED, UNSIGNED, WORDS, Source, in_comment
 
 _INDENT = "    "
 # The words of C and C++ that Python doesn't reserve, too.
@@ -144,10 +144,10 @@ class _Body(Expressions):
         value = self._value(node.value)
         if isinstance(target, ast.Subscript) and isinstance(node, ast.Assign):
             place = self._subscript(target)
-            if self._expression(target.value).type != WORDS:
+            if self._expression(target.value).type not in (WORDS, BYTES):
                 raise self._source.fault(node, "c-outside")
             self.writes |= place.reads
-            return [f"{indent}{place.text} = {self._converted(value, UNSIGNED, node)};"]
+            return [f"{indent}{place.text} = {self._converted(value, place.type, node)};"]
         if not isinstance(target, ast.Name):
             raise self._source.fault(node, "c-outside")
         name = target.id

@@ -28,6 +28,7 @@ BYTE = CType("uint8_t")
 SHORT = CType("uint16_t")
 NOTHING = CType("void")
 WORDS = CType("uint32_t *", "uint32_t")
+BYTES = CType("uint8_t *", "uint8_t")
 READ_ONLY_WORDS = CType("const uint32_t *", "uint32_t")
 IMAGE = CType(f"const struct {PREFIX}_image *", "uint32_t")
 CAR = CType(f"struct {PREFIX}_car *")
@@ -41,7 +42,7 @@ TYPES = {
     "None": NOTHING,
     "list[int]": WORDS,
     "tuple[int, ...]": READ_ONLY_WORDS,
-    "bytearray": CType("uint8_t *", "uint8_t"),
+    "bytearray": BYTES,
     "ImageWords": IMAGE,
     "Senses": SENSES,
     "Turn": CAR,

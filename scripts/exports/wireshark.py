@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from motorcade.errors import Phrase
 from motorcade.words import request
 from motorcade.words.field import WORD_BITS, Field, WordFormat
+from motorcade.words.flow import DECIDES
 from motorcade.words.formats import DRIVE, FORMATS, FRAME, SWITCHES
 from motorcade.words.receiver import READBACK_HEADER
 from motorcade.words.request import ASK, BLINK, GO, NAME, STOP
@@ -63,6 +64,7 @@ def _requests() -> dict[str, str]:
     """Return where the parts of requests are, and what their kinds mean."""
     numbers = {
         "READBACK_REQUEST": READBACK_HEADER,
+        "DECIDES": DECIDES,
         "CHECK_HEADER": request.CHECK_HEADER,
         "CHECK_BYTES": request.CHECK_BYTES,
         "CHECK_MARKS": request.MARKS,

@@ -29,8 +29,23 @@ if TYPE_CHECKING:
     from motorcade.mats import read_mat as read_mat
     from motorcade.program.compiler import Compiled as Compiled
     from motorcade.program.compiler import compile_program as compile_program
+    from motorcade.program.conditions import chance as chance
+    from motorcade.program.conditions import counter as counter
+    from motorcade.program.conditions import dark as dark
+    from motorcade.program.conditions import heard as heard
+    from motorcade.program.conditions import obstacle as obstacle
+    from motorcade.program.conditions import person as person
     from motorcade.program.decompiler import decompile as decompile
     from motorcade.program.diagnostics import ProgramError as ProgramError
+    from motorcade.program.flow_steps import change_counter as change_counter
+    from motorcade.program.flow_steps import do as do
+    from motorcade.program.flow_steps import flow as flow
+    from motorcade.program.flow_steps import forever as forever
+    from motorcade.program.flow_steps import if_ as if_
+    from motorcade.program.flow_steps import random as random
+    from motorcade.program.flow_steps import repeat_until as repeat_until
+    from motorcade.program.flow_steps import set_counter as set_counter
+    from motorcade.program.flow_steps import tell as tell
     from motorcade.program.model import Followers as Followers
     from motorcade.program.model import Program as Program
     from motorcade.program.model import read_program as read_program
@@ -72,7 +87,19 @@ _MODULES = {
     "motorcade.config.profile": ("Profile", "load_profile"),
     "motorcade.program.compiler": ("Compiled", "compile_program"),
     "motorcade.program.decompiler": ("decompile",),
+    "motorcade.program.conditions": ("chance", "counter", "dark", "heard", "obstacle", "person"),
     "motorcade.program.diagnostics": ("ProgramError",),
+    "motorcade.program.flow_steps": (
+        "change_counter",
+        "do",
+        "flow",
+        "forever",
+        "if_",
+        "random",
+        "repeat_until",
+        "set_counter",
+        "tell",
+    ),
     "motorcade.program.model": ("Followers", "Program", "read_program"),
     # Written by scripts/generate.py from motorcade.devices; don't edit.
     "motorcade.program.steps": (

@@ -12,7 +12,7 @@ from motorcade.firmware.arduino_library import library_files, library_folder, sk
 from support.arduino_build import MEGA, UNO
 from support.strategies import CLASSROOM
 
-MOST_FLASH_BYTES = 24 * 1024
+MOST_FLASH_BYTES = 26 * 1024
 MOST_RAM_BYTES = 1638
 HERE = Path(__file__).parent
 VOICE = VoiceMap(9600, ((b"\xaa\x01", VOICE_STOP), (b"\xaa\x02", VOICE_GO)))

@@ -5,8 +5,12 @@ from collections import Counter
 import pytest
 
 from motorcade import Program, compile_program, forward, led, left, repeat, together, wait, wander
-from motorcade.car import brain
+from motorcade.car import brain, decisions
 from motorcade.car.loop import Car
+from motorcade.words.flow import COUNT, JUMP
+from motorcade.words.formats import FLOW, STATE
+from motorcade.words.image import Image, image_words
+from motorcade.words.packing import words_to_bytes
 from motorcade.words.request import NAME, car_request
 from support.mock_board import MockBoard
 from support.timelines import Moment
@@ -141,3 +145,22 @@ def test_the_wheels_stand_while_something_is_stored_and_drive_on_then() -> None:
         car.tick()
     assert board.stored == [(0, 0), (0, 0)]
     assert board.wheels == DRIVES
+
+
+def test_a_slow_leader_decides_by_the_image_that_it_runs_while_it_takes_another_one() -> None:
+    """A chip takes a new image's words in several ticks, and drives on between them."""
+    drives = STATE.encode(forward=1, motor_enable=1, motor_speed=2)
+    counts = FLOW.encode(op=COUNT, level=1, value=1)
+    old = words_to_bytes(image_words(Image((drives, counts), (), -1, 0, 1)))
+    new = words_to_bytes(image_words(Image((counts,) * 200 + (drives, FLOW.encode(op=JUMP, target=200)), (), -1, 0, 1)))
+    board = MockBoard(old, 1)
+    board.words_a_tick = 48
+    car = Car(board)
+    for board.clock_ms in range(0, 3000, 5):
+        if board.clock_ms == 500:
+            board.coming = new
+        car.tick()
+        assert car.decisions[decisions.WORDS] in (0, len(car.image) - 1)
+    assert board.image == new
+    assert car.decisions[decisions.COUNTS] == 200
+    assert max(detail for _, kind, _, detail in board.noted if kind == "state") == 200

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motorcade import Pose, Program, compile_program, forward, open_table, stop_on_dark, wait
+from motorcade.car import decisions
 from motorcade.car.brain import RUNNING, WORD
 from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.engine.state import DRIVEN
@@ -86,9 +87,19 @@ def same_in_both(case: Case, acts: Iterable[Callable[[Worlds], object]], slice_m
             world.run(slice_ms)
         happened += events_of(engine)
         assert shown(engine) == shown_by_plain_world(plain), engine.now_ms
+        assert decisions_of(engine) == decisions_of(plain)
         assert sorted(happened) == sorted(plain.events)
     assert {name: int(counts[0]) for name, counts in engine.counts().items()} == counts_of_plain_world(plain)
     return happened
+
+
+def decisions_of(world: Worlds) -> list[list[int]]:
+    """What the leaders remember of their decisions, but for what each tick writes anew."""
+    if isinstance(world, World):
+        rows = np.asarray(world.arrays().decisions).tolist()
+    else:
+        rows = [list(car.decisions) for car in world.cars if car.leads]
+    return [[value for place, value in enumerate(row) if place != decisions.FLOW_LEFT] for row in rows]
 
 
 def nothing(world: Worlds) -> None:
@@ -99,6 +110,27 @@ def nothing(world: Worlds) -> None:
 @given(cases())
 def test_the_engine_equals_the_plain_world(case: Case) -> None:
     same_in_both(case, [nothing] * SLICES, DURATIONS_MS[case.mat.tick_ms] // SLICES)
+
+
+@FEW
+@given(cases(decides=True), st.data())
+def test_leaders_that_decide_do_so_as_in_the_plain_world(case: Case, data: st.DataObject) -> None:
+    """Somebody says words, drives cars and gives them back."""
+    cars = range(len(case.mat.starts))
+
+    def drawn(number: int) -> Callable[[Worlds], object]:
+        said, car = data.draw(st.sampled_from(["stop", "go", None])), data.draw(st.sampled_from(cars))
+        is_driven = number > SLICES and data.draw(st.booleans())
+
+        def act(world: Worlds) -> None:
+            if said:
+                world.say(said)
+            world.drive(car, 60, 1, 200) if is_driven else world.give_back(car)
+
+        return act
+
+    slices = 2 * SLICES
+    same_in_both(case, map(drawn, range(slices)), DURATIONS_MS[case.mat.tick_ms] // slices)
 
 
 @FEW

@@ -12,11 +12,16 @@ from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
 from motorcade import Pose
+from motorcade.car import decisions
 from motorcade.engine import saving
 from motorcade.engine.backend import NAMES
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
 from motorcade.mats.document import document_of, mat_without_cars
+from motorcade.words.flow import COUNT, IN_TURN, TELL, VOICE
+from motorcade.words.formats import FLOW, STATE
+from motorcade.words.image import Image, image_words
+from motorcade.words.packing import words_to_bytes
 from support.worlds import ROAMING, Case, CrowdedWorld, cases, crowd
 
 FEW = settings(max_examples=max(settings().max_examples // 5, 1))
@@ -62,6 +67,34 @@ def test_a_saved_world_goes_on_with_equal_bits_with_any_kernels(case: Case, othe
         each.reset()
         each.run(SLICE_MS)
     assert {each.save() for each in worlds.values()} == {world.save()}
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (decisions.WORDS, 4),
+        (decisions.LOOKS, 0),
+        (decisions.TELLS, 0),
+        (decisions.NEXT, 3),
+        (decisions.CALLS, 5),
+        (decisions.RETURNS, 3),
+        (decisions.RETURNS + 3, 255),
+        (decisions.TURNS, 3),
+        (decisions.TOLD, 2),
+        (decisions.TOLD_TURNS, 200),
+    ],
+)
+def test_decisions_that_would_lead_a_kernel_astray_are_refused(place: int, value: int) -> None:
+    """The last bytes of a world without events are those of its only leader."""
+    state = STATE.encode(forward=1, motor_enable=1, motor_speed=1, motor_duration=1, avoid_enable=1, until=VOICE)
+    leader = (state, FLOW.encode(op=TELL, target=IN_TURN), FLOW.encode(op=COUNT, level=1, value=1))
+    image = words_to_bytes(image_words(Image(leader, (0x80280000, 0x80480000), 0, 1, 1)))
+    world = CrowdedWorld(crowd(6), [image], seeds=5)
+    world.run(3500)
+    saved = world.save()
+    assert World.load(saved).counters_of(0) == world.counters_of(0) == [3, 0, 0, 0]
+    at = len(saved) - decisions.SIZE + place
+    assert code_of(resealed(saved[:at] + bytes([value]) + saved[at + 1 :])) == "world-damaged"
 
 
 @pytest.mark.parametrize("threads", [1, 2, 5])
@@ -144,7 +177,7 @@ def test_numbers_that_would_lead_a_kernel_astray_are_refused(saved: bytes, row: 
     """Also where the digest is right: car 0 leads."""
     rows = {"state": 8, "slot": 9, "started_ms": 2, "slot_started_ms": 10, "interval": 15} | saving._ROW
     world = World.load(saved)
-    behind = 2 * 6 + 4 * 6 * (saving._ROWS - rows[row]) + len(world.untaken_rows(0))
+    behind = decisions.SIZE + 2 * 6 + 4 * 6 * (saving._ROWS - rows[row]) + len(world.untaken_rows(0))
     at = len(saved) - behind
     data = saved[:at] + value.to_bytes(4, "little") + saved[at + 4 :]
     assert code_of(resealed(data)) == "world-damaged"

@@ -30,6 +30,7 @@ static const uint32_t OBSTACLES_MM[4] = {50, 150, 350, 1048576};
 
 static uint32_t state, sum, now;
 static uint32_t memory[MOTORCADE_BRAIN_SIZE], receiver[MOTORCADE_RECEIVER_SIZE];
+static uint8_t decisions[MOTORCADE_DECISIONS_SIZE];
 static struct motorcade_senses senses;
 static uint8_t buffer[MOST_IMAGE_WORDS * 4], line[LINE_BYTES], line_at, line_end;
 static struct motorcade_image image;
@@ -126,24 +127,69 @@ void motorcade_car_send_frame(struct motorcade_car *of, uint32_t frame)
     add(frame);
 }
 
+static uint32_t leader_word(uint32_t word, uint32_t header)
+{
+    const uint8_t leader_states = header >> 24, follower_words = header >> 16 & 255;
+    uint32_t drawn = draw();
+    if (word >> 31) {
+        const uint32_t op = (word >> 28 & 7) % 5, condition = (word >> 16 & 15) % 7;
+        const uint32_t level = (word >> 13 & 3) % (motorcade_flow_highest_level((uint8_t)condition) + 1UL);
+        uint32_t value = drawn >> 24, target = drawn >> 16 & 255;
+        if (op == MOTORCADE_FLOW_TELL && (drawn >> 8 & 1)) {
+            target = MOTORCADE_FLOW_IN_TURN;
+            value %= follower_words + 1UL;
+        } else if (op == MOTORCADE_FLOW_TELL) {
+            target %= follower_words ? follower_words : 1;
+        } else {
+            target %= leader_states;
+        }
+        drawn = 1UL << 31 | op << 28 | target << 20 | condition << 16 | (word & 0x9800U) | level << 13 | value << 1;
+    } else {
+        const uint32_t until = (drawn >> 28) % 5;
+        const uint32_t level = (drawn >> 25 & 3) % (motorcade_flow_highest_level((uint8_t)until) + 1UL);
+        drawn = (word & 0x7FFFF800U) | until << 7 | (drawn >> 27 & 1) << 6 | level << 4;
+    }
+    return motorcade_flow_word_fault(drawn >> 24, drawn >> 16 & 255, drawn >> 8 & 255, drawn & 255, leader_states,
+                                     follower_words, header & MOTORCADE_FLOW_TAGGED)
+        ? word & 0x7FFFF800U : drawn;
+}
+
+/* Any image; the leader of every second one decides, and the car has to understand each of its words. */
+static uint8_t draw_image(uint32_t *words, uint8_t leader_states, uint8_t follower_words, uint32_t low)
+{
+    words[0] = (uint32_t)leader_states << 24 | (uint32_t)follower_words << 16;
+    if (follower_words) words[0] |= low;
+    if (leader_states && draw() >> 31) words[0] |= MOTORCADE_FLOW_DECIDES;
+    for (uint8_t i = 0; i < leader_states + follower_words; i++) words[1 + i] = draw() & 0xFFFFF800U;
+    if (words[0] & MOTORCADE_FLOW_DECIDES) {
+        for (uint8_t i = 0; i < leader_states; i++) words[1 + i] = leader_word(words[1 + i], words[0]);
+    }
+    return 1 + leader_states + follower_words;
+}
+
+static void begin_program(void)
+{
+    if (!car.leads) return;
+    motorcade_decisions_survey(decisions, &image, 0, MOST_IMAGE_WORDS, car.levels);
+    motorcade_step_begin_program(&car, now);
+}
+
 static void new_car(void)
 {
     const uint32_t random = draw();
-    const uint8_t leader_states = random & 7, follower_words = random >> 3 & 7, is_tagged = random >> 6 & 1;
-    image.words[0] = (uint32_t)leader_states << 24 | (uint32_t)follower_words << 16;
-    if (follower_words) image.words[0] |= 256UL << (random >> 7 & 7) | is_tagged;
-    for (uint8_t i = 0; i < leader_states + follower_words; i++) image.words[1 + i] = draw() & 0xFFFFF800U;
+    draw_image(image.words, random & 7, random >> 3 & 7, 256UL << (random >> 7 & 7) | (random >> 6 & 1));
     /* Every fourth car begins shortly before the clock wraps. */
     now = draw() & MOTORCADE_TICKS_TICKS_MASK;
     if ((random >> 10 & 3) == 0) now |= 0x3FFF0000U;
     car.leads = random >> 12 & 1;
     car.memory = memory;
+    car.decisions = decisions;
     car.image = &image;
     car.levels = LEVELS[(random >> 18 & 255) % 3];
     motorcade_brain_switch_on(memory, draw(), now);
     motorcade_receiver_switch_on(receiver, 6 + (random >> 14 & 15));
     line_at = line_end = 0;
-    if (car.leads) motorcade_step_begin_program(&car, now);
+    begin_program();
 }
 
 static void put_word(uint32_t word)
@@ -158,12 +204,11 @@ static void new_line(void)
     line_at = line_end = 0;
     if ((random & 7) == 0) put_word(random >> 3 & 1 ? 0 : MOTORCADE_RECEIVER_READBACK_HEADER);
     const uint8_t begin = (random >> 4 & 1) ? MOTORCADE_REQUEST_CHECK_BYTES : 0;
-    const uint8_t leader_states = random >> 5 & 7, follower_words = random >> 8 & 7;
     const uint8_t at = line_end;
     line_end += begin;
-    put_word((uint32_t)leader_states << 24 | (uint32_t)follower_words << 16
-             | (follower_words ? 256UL << (random >> 11 & 7) | (random >> 14 & 1) : 0));
-    for (uint8_t i = 0; i < leader_states + follower_words; i++) put_word(draw() & 0xFFFFF800U);
+    uint32_t words[MOST_IMAGE_WORDS];
+    const uint8_t count = draw_image(words, random >> 5 & 7, random >> 8 & 7, 256UL << (random >> 11 & 7) | (random >> 14 & 1));
+    for (uint8_t i = 0; i < count; i++) put_word(words[i]);
     if (begin) {
         const uint8_t end = line_end;
         const uint32_t crc = motorcade_blocks_crc32_of(line, at + begin, end, 0);
@@ -184,7 +229,7 @@ static void take_image(const uint8_t *bytes)
     for (uint8_t i = 0; i < receiver[MOTORCADE_RECEIVER_LENGTH] / 4; i++, bytes += 4) {
         image.words[i] = (uint32_t)bytes[0] << 24 | (uint32_t)bytes[1] << 16 | (uint32_t)bytes[2] << 8 | bytes[3];
     }
-    if (car.leads) motorcade_step_begin_program(&car, now);
+    begin_program();
 }
 
 static uint8_t take_events(void)
@@ -221,6 +266,7 @@ static void step(uint32_t number)
     motorcade_step_step(&car, now);
     if (number % 8 == 0) {
         for (uint8_t i = 0; i < MOTORCADE_BRAIN_SIZE; i++) add(memory[i]);
+        for (uint8_t i = 0; i < MOTORCADE_DECISIONS_SIZE && car.leads; i++) add(decisions[i]);
     }
 }
 

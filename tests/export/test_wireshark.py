@@ -14,8 +14,8 @@ from scripts.exports.wireshark import wireshark
 
 from motorcade.drive.client import DriveClient
 from motorcade.words.field import WordError
-from motorcade.words.formats import CONTROL, DRIVE, FRAME, HEADER, LIGHTS, switched_by
-from motorcade.words.image import parse_image_bytes
+from motorcade.words.formats import CONTROL, DRIVE, FLOW, FRAME, HEADER, LIGHTS, STATE, switched_by
+from motorcade.words.image import Image, image_words, parse_image_bytes
 from motorcade.words.packing import ImageError, bytes_to_words, words_to_bytes
 from motorcade.words.request import car_request, check_request
 from motorcade.words.upload import READBACK_REQUEST, ok_line
@@ -228,6 +228,19 @@ def test_captured_images_show_every_word(dissect):
     rows = dissect(USER0, images, IMAGE_FIELDS)
     assert [row[:-1] for row in rows] == [image_row(data) for data in images]
     assert [row[-1] for row in rows] == [[]] * len(images)
+
+
+def test_the_words_of_a_leader_that_decides_are_shown_by_name(dissect):
+    state = STATE.encode(forward=1, motor_enable=1, motor_duration=3, until=2, until_not=1)
+    leader = (state, FLOW.encode(op=0, target=0, condition=5, level=2, counter=1, value=7), FLOW.encode(op=4, target=1))
+    image = words_to_bytes(image_words(Image(leader, (0x80280000, 0x80480000), 0, 1, 1)))
+    fields = [*filters(STATE, "motorcade_image.state"), *filters(FLOW, "motorcade_image.flow")]
+    columns = zip(*(raw_values(FLOW, word) for word in leader[1:]), strict=True)
+    expected = [[str(raw)] for raw in raw_values(STATE, state)] + [[str(raw) for raw in column] for column in columns]
+    (row,) = dissect(USER0, [image], [*fields, "_ws.expert.message"])
+    assert row == [*expected, []]
+    (bad,) = dissect(USER0, [image[:8] + bytes.fromhex("d0000000") + image[12:]], ["_ws.expert.message"])
+    assert "op is 5; allowed: 0 (jump), or 1 (call)" in " ".join(bad[0])
 
 
 BAD_IMAGES = {

@@ -11,7 +11,7 @@ from binascii import crc32
 from inputs import damaged, draw_frame, draw_image
 from randomness import Random
 
-from motorcade.car import brain, frames, next_wakeup
+from motorcade.car import brain, decisions, frames, next_wakeup
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board, make_levels
 from motorcade.car.loop import Car
 from motorcade.car.senses import NOTHING, Senses
@@ -49,6 +49,15 @@ NOTED = {
 }
 
 
+# Cases of leaders that decide, and what isn't 0 then.
+TOLD = (
+    ("called", decisions.CALLS),
+    ("counted", decisions.COUNTS),
+    ("heard since", decisions.VOICES),
+    ("told", decisions.IS_TELLING),
+    ("told in turn", decisions.TURNS),
+    ("waits to tell", decisions.WAITS),
+)
 AT_A_WALL = Senses(*[0 for _ in NOTHING])
 
 
@@ -63,6 +72,7 @@ def total_names():
     names += ["images taken", "images not stored", "images refused", "images read back", "images announced"]
     names.append("request")
     names += ["infrared right", "infrared wrong", "infrared lost"]
+    names += ["decides", "no state"] + [name for name, _ in TOLD]
     return names
 
 
@@ -207,7 +217,22 @@ class Pair:
         record.add(in_the_way, free, *memory)
         record.add(*car.image)
         record.add(next_wakeup.word_rest_ms(memory, self._clock_ms, levels))
-        if car.board.is_leader:
+        is_decider = car.board.is_leader and decisions.decides(car.decisions)
+        if is_decider:
+            record.count("decides")
+            record.add(*car.decisions)
+            record.add(decisions.watches(memory, car.decisions))
+            for name, place in TOLD:
+                if car.decisions[place]:
+                    record.count(name)
+            if not memory[brain.RUNNING]:
+                record.count("no state")
+        if is_decider and car.decisions[decisions.TELLS]:
+            rests = [
+                next_wakeup.tells_rest_ms(memory, car.decisions, car.image, free, self._clock_ms, levels)
+                for free in (0, 70)
+            ]
+        elif car.board.is_leader:
             rests = [next_wakeup.frames_rest_ms(memory, car.image, free, self._clock_ms, levels) for free in (0, 70)]
         else:
             rests = [next_wakeup.relay_rest_ms(memory, free, self._clock_ms) for free in (0, 70)]

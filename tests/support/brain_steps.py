@@ -2,10 +2,11 @@
 
 from collections.abc import Iterator
 
-from motorcade.car import brain, step
+from motorcade.car import brain, decisions, step
 from motorcade.car.senses import Senses
 from motorcade.words import receiver, request
 from motorcade.words.blocks import crc32_of
+from motorcade.words.flow import DECIDES, IN_TURN, TAGGED, TELL, highest_level, word_fault
 from motorcade.words.infrared import tagged_frame, to_frame
 from motorcade.words.packing import bytes_to_words
 from motorcade.words.ticks import TICKS_MASK, later_ms
@@ -39,6 +40,7 @@ class Steps:
         self.now = 0
         self.leads = False
         self.memory = [0] * brain.SIZE
+        self.decisions = bytearray(decisions.SIZE)
         self.image: tuple[int, ...] = (0,)
         self.levels = LEVELS[0]
         self.receiver = [0] * receiver.SIZE
@@ -109,12 +111,43 @@ class Steps:
         brain.switch_on(self.memory, self.draw(), self.now)
         receiver.switch_on(self.receiver, 6 + (random >> 14 & 15))
         self.line = b""
+        self._begin_program()
+
+    def _begin_program(self) -> None:
         if self.leads:
+            decisions.survey(self.decisions, self.image, 0, len(self.image), self.levels)
             step.begin_program(self, self.now)
 
     def _drawn_image(self, leader_states: int, follower_words: int, low: int) -> tuple[int, ...]:
+        """Any image; the leader of every second one decides, and the car has to understand each of its words."""
         header = leader_states << 24 | follower_words << 16 | (low if follower_words else 0)
-        return (header, *[self.draw() & 0xFFFFF800 for _ in range(leader_states + follower_words)])
+        if leader_states and self.draw() >> 31:
+            header |= DECIDES
+        words = [self.draw() & 0xFFFFF800 for _ in range(leader_states + follower_words)]
+        for place in range(leader_states if header & DECIDES else 0):
+            words[place] = self._leader_word(words[place], header)
+        return (header, *words)
+
+    def _leader_word(self, word: int, header: int) -> int:
+        leader_states, follower_words = header >> 24, header >> 16 & 255
+        drawn = self.draw()
+        if word >> 31:
+            op, condition, value, target = (word >> 28 & 7) % 5, (word >> 16 & 15) % 7, drawn >> 24, drawn >> 16 & 255
+            level = (word >> 13 & 3) % (highest_level(condition) + 1)
+            if op == TELL and drawn >> 8 & 1:
+                target, value = IN_TURN, value % (follower_words + 1)
+            elif op == TELL:
+                target %= follower_words or 1
+            else:
+                target %= leader_states
+            drawn = 1 << 31 | op << 28 | target << 20 | condition << 16 | word & 0x9800 | level << 13 | value << 1
+        else:
+            until = (drawn >> 28) % 5
+            level = (drawn >> 25 & 3) % (highest_level(until) + 1)
+            drawn = word & 0x7FFFF800 | until << 7 | (drawn >> 27 & 1) << 6 | level << 4
+        first, second, third, fourth = drawn.to_bytes(4, "big")
+        fault = word_fault(first, second, third, fourth, leader_states, follower_words, header & TAGGED)
+        return word & 0x7FFFF800 if fault else drawn
 
     def _new_line(self) -> None:
         random = self.draw()
@@ -143,8 +176,7 @@ class Steps:
 
     def _take_image(self, data: bytes) -> None:
         self.image = bytes_to_words(data)
-        if self.leads:
-            step.begin_program(self, self.now)
+        self._begin_program()
 
     def _serve_serial(self) -> None:
         if not self.line and self.bits >> 18 & 15 == 0:
@@ -168,6 +200,8 @@ class Steps:
         step.step(self, self.now)
         if number % 8 == 0:
             self.add(*self.memory)
+            if self.leads:
+                self.add(*self.decisions)
 
 
 def sums(seed: int, steps: int) -> list[str]:

@@ -118,7 +118,7 @@ class DrawnLeader:
                 made.append(set_counter(random.choice("ab"), AnyNumber(random.randrange(4))))
             elif kind == 10:
                 in_turn = self.has_followers and random.random() < 0.3
-                made.append(tell(None if in_turn else self.told()))
+                made.append(tell("in_turn" if in_turn else self.told()))
             elif self.functions:
                 made.append(do(random.choice(sorted(self.functions))))
             elif random.random() < 0.2:

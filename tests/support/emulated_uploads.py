@@ -3,6 +3,9 @@
 import random
 
 from motorcade.upload.transfer import ReadbackTransfer, Transfer, UploadTransfer
+from motorcade.words.flow import CALL, CHANCE, COUNT, JUMP, RETURN, TELL
+from motorcade.words.formats import FLOW, STATE
+from motorcade.words.image import Image, image_words
 from motorcade.words.packing import words_to_bytes
 from motorcade.words.upload import IMAGE
 from motorcade.words.uploader import VERIFIED
@@ -35,6 +38,23 @@ def upload(world: ChipWorld, chip: Chip, image: bytes) -> int:
     assert done.outcome.kind == VERIFIED, done.outcome
     assert done.holds == "new"
     return world.now_ms - begin_ms
+
+
+def flow_image_of(words: int) -> bytes:
+    """Return an image that keeps a leader busy: flow words by chance, all calls, and a tell before each state."""
+    followers = (0xC0280000, 0xC0480000, 0xC0680000)
+    count = min(words - 1 - len(followers), 255)
+    leader = []
+    for index in range(count):
+        op = (JUMP, CALL, JUMP, RETURN, COUNT)[index % 5]
+        target = (index * 7 + 1) % count
+        word = FLOW.encode(op=op, target=target, condition=CHANCE, value=128, counter=index % 4, level=0)
+        leader.append(word)
+        if op == COUNT:
+            leader[-1] = FLOW.encode(op=COUNT, counter=index % 4, level=3, value=99)
+    for index in range(3, count - 1, 37):
+        leader[index : index + 2] = [FLOW.encode(op=TELL, target=index % 3), STATE.encode(forward=1, until=1)]
+    return words_to_bytes(image_words(Image(tuple(leader), followers, 0, 1, 1)))
 
 
 def held_image(world: ChipWorld, chip: Chip) -> bytes:

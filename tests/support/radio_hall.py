@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from motorcade.car import brain, frames, next_wakeup, step
+from motorcade.car import brain, decisions, frames, next_wakeup, step
 from motorcade.car.senses import NOTHING
 from motorcade.config.profile import built_in_profile, levels_of
 from motorcade.words.formats import CONTROL
@@ -29,6 +29,7 @@ class RadioCar:
     image: tuple[int, ...] = ()
     levels: tuple[int, ...] = LEVELS
     memory: list[int] = field(default_factory=lambda: [0] * brain.SIZE)
+    decisions: bytearray = field(default_factory=lambda: bytearray(decisions.SIZE))
     arriving: list[int] = field(default_factory=list)
     busy: int = 0
     sent: int | None = None

@@ -13,6 +13,9 @@ from motorcade.config.profile import Profile
 from motorcade.engine.world import World
 from motorcade.mats import Mat, Person, Physics, Pose, Starts, Voice
 from motorcade.mats.model import Line
+from motorcade.words.image import image_words
+from motorcade.words.packing import words_to_bytes
+from support.deciding_leader import deciding_images
 from support.strategies import BRISK, images
 
 # With these, every body is larger than the way of four ticks.
@@ -39,8 +42,8 @@ class CrowdedWorld(World):
 
 
 @st.composite
-def cases(draw: st.DrawFn, tick_ms: int | None = None) -> Case:
-    """Any small world, crowded or wide, with any physics."""
+def cases(draw: st.DrawFn, tick_ms: int | None = None, decides: bool | None = None) -> Case:
+    """Any small world, crowded or wide, with any physics; with or without leaders that decide."""
     side_mm = draw(st.sampled_from([600, 1500, 4000]))
     length = st.integers(0, side_mm).map(lambda length_mm: length_mm / 1000)
     point = st.tuples(length, length)
@@ -63,7 +66,10 @@ def cases(draw: st.DrawFn, tick_ms: int | None = None) -> Case:
         tuple(draw(st.lists(st.tuples(length, length, st.sampled_from([0.02, 0.2, 1.0])), max_size=1))),
         tuple(draw(st.lists(st.lists(point, min_size=3, max_size=4).map(tuple), max_size=1))),
     )
-    programs = draw(st.lists(images(states=1, followers=1), min_size=1, max_size=2))
+    if decides is None:
+        decides = draw(st.booleans())
+    made = deciding_images().map(image_words).map(words_to_bytes) if decides else images(states=1, followers=1)
+    programs = draw(st.lists(made, min_size=1, max_size=2))
     return Case(mat, programs, draw(profiles()), draw(st.integers(0, (1 << 32) - 1)))
 
 
@@ -121,13 +127,15 @@ def profiles(draw: st.DrawFn) -> Profile:
 def contents(world: World, which: int = 0) -> dict[str, np.ndarray]:
     """All arrays and counts of one of the worlds, in the order of the cars' numbers.
 
-    Without the field clear: when cars look for others again depends on the strips into which a world is cut.
+    Without the field clear: when cars look for others again depends on the strips into which a world is cut. And
+    without a leader's row of Decisions, which counts the leaders of all worlds.
     """
     part = slice(which * world.cars, (which + 1) * world.cars)
     state = world.state
     order = np.argsort(state.number[part])
     names = [name for name in state._fields if name not in ("rows", "push", "order", "clear")]
     held = {name: getattr(state, name)[..., part][..., order] for name in names}
+    held["heard_at"] = np.where(held["program"] > 0, 0, held["heard_at"])
     counted = {name: counts[which] for name, counts in world.counts().items()}
     return held | counted
 

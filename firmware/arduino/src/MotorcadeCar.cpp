@@ -23,6 +23,7 @@ void Car::begin() {
   image_.store = &board_.store();
   brain_.leads = board_.is_leader();
   brain_.memory = memory_;
+  brain_.decisions = decisions_;
   brain_.image = &image_;
   brain_.levels = board_.levels();
   now_ms_ = board_.now_ms();
@@ -39,7 +40,10 @@ void Car::tick() {
 }
 
 void Car::begin_program() {
-  if (brain_.leads && !is_stopped_) motorcade_step_begin_program(&brain_, now_ms_);
+  if (!brain_.leads || is_stopped_) return;
+  // No leader has more words; the survey ends with the last one.
+  motorcade_decisions_survey(decisions_, &image_, 0, 256, brain_.levels);
+  motorcade_step_begin_program(&brain_, now_ms_);
 }
 
 bool Car::serve_serial() {
@@ -214,7 +218,8 @@ void Car::put_refusal(uint8_t event) {
   } else {
     if (event == MOTORCADE_RECEIVER_BAD_WORD) {
       put_text(PSTR("image-word"));
-      if (receiver_[MOTORCADE_RECEIVER_HEADER]) {
+      // Its lowest byte says that the leader decides.
+      if (static_cast<uint8_t>(receiver_[MOTORCADE_RECEIVER_HEADER])) {
         put_text(PSTR(" header=0x"));
         put_hex(receiver_[MOTORCADE_RECEIVER_HEADER], 8, 'A');
       }

@@ -70,6 +70,7 @@ class Car {
   motorcade_car brain_;
   motorcade_image image_;
   uint32_t memory_[MOTORCADE_BRAIN_SIZE];
+  uint8_t decisions_[MOTORCADE_DECISIONS_SIZE];
   uint32_t receiver_[MOTORCADE_RECEIVER_SIZE];
   uint8_t buffer_[4 * MOST_WORDS];
   Board &board_;

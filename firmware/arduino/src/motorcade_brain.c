@@ -651,6 +651,19 @@ void motorcade_brain_draw_headings(uint32_t *s, uint32_t running_ms, const uint3
     }
 }
 
+/* End a leader's state if its length is over: the next one begins at STARTED_MS. Return 1 then, else 0. */
+uint8_t motorcade_brain_end_state(uint32_t *s, uint32_t now, const uint32_t *levels)
+{
+    uint32_t length = motorcade_brain_length_ms(s[MOTORCADE_BRAIN_WORD], levels);
+    if (motorcade_ticks_elapsed_ms(now, s[MOTORCADE_BRAIN_STARTED_MS]) < length) {
+        return 0;
+    }
+    motorcade_brain_draw_headings(s, length, levels);
+    s[MOTORCADE_BRAIN_RUNNING] = 0;
+    s[MOTORCADE_BRAIN_STARTED_MS] = motorcade_ticks_later_ms(s[MOTORCADE_BRAIN_STARTED_MS], length);
+    return 1;
+}
+
 /* Begin the next state if the length of the present one is over. Return 1 then, else 0.
  *
  * Call it until it returns 0: after a late tick several states may have ended. Each state begins exactly when the one
@@ -662,14 +675,25 @@ uint8_t motorcade_brain_leader_step(uint32_t *s, const struct motorcade_image *i
     if (leader_states == 0) {
         return 0;
     }
-    uint32_t length = motorcade_brain_length_ms(s[MOTORCADE_BRAIN_WORD], levels);
-    if (motorcade_ticks_elapsed_ms(now, s[MOTORCADE_BRAIN_STARTED_MS]) < length) {
+    if (motorcade_brain_end_state(s, now, levels) == 0) {
         return 0;
     }
-    motorcade_brain_draw_headings(s, length, levels);
-    s[MOTORCADE_BRAIN_STATE] = ((uint32_t)(uint8_t)s[MOTORCADE_BRAIN_STATE] + 1) % leader_states;
-    motorcade_brain_begin_word(s, motorcade_image_word(image, (uint32_t)1 + (uint8_t)s[MOTORCADE_BRAIN_STATE]), motorcade_ticks_later_ms(s[MOTORCADE_BRAIN_STARTED_MS], length));
+    s[MOTORCADE_BRAIN_STATE] = (uint32_t)(uint8_t)s[MOTORCADE_BRAIN_STATE] + 1;
+    if ((uint8_t)s[MOTORCADE_BRAIN_STATE] == leader_states) {
+        s[MOTORCADE_BRAIN_STATE] = 0;
+    }
+    motorcade_brain_begin_word(s, motorcade_image_word(image, (uint32_t)1 + (uint8_t)s[MOTORCADE_BRAIN_STATE]), s[MOTORCADE_BRAIN_STARTED_MS]);
     return 1;
+}
+
+/* End a word now, whatever its length is: make the draws that were due before now. */
+void motorcade_brain_break_off(uint32_t *s, uint32_t now, const uint32_t *levels)
+{
+    uint32_t running_ms = motorcade_ticks_elapsed_ms(now, s[MOTORCADE_BRAIN_STARTED_MS]);
+    if (running_ms > 0) {
+        motorcade_brain_draw_headings(s, running_ms - 1, levels);
+    }
+    s[MOTORCADE_BRAIN_RUNNING] = 0;
 }
 
 /* End the word that a follower runs if its length is over. Return 1 then, else 0.
@@ -832,10 +856,18 @@ uint32_t motorcade_frames_frame_ms(uint32_t frame, const uint32_t *levels)
     return (motorcade_infrared_air_us(frame, levels[MOTORCADE_BRAIN_UNIT_US]) + 999) / 1000;
 }
 
+/* Forget the last frame of a car: it is over within a second, so a later end was set more than six days ago. */
+void motorcade_frames_forget_frame(uint32_t *s, uint32_t now)
+{
+    if (motorcade_ticks_elapsed_ms(s[MOTORCADE_BRAIN_QUIET_MS], now) > 1000) {
+        s[MOTORCADE_BRAIN_QUIET_MS] = now;
+    }
+}
+
 /* Return 1 where the follower words of `image` travel with a tag, else 0. */
 uint8_t motorcade_frames_is_tagged(const struct motorcade_image *image)
 {
-    return (motorcade_image_word(image, 0) & 255) == MOTORCADE_BRAIN_TAGGED ? 1 : 0;
+    return (motorcade_image_word(image, 0) & MOTORCADE_FLOW_TAGGED) ? 1 : 0;
 }
 
 /* Return the follower word of a leader's present slot. */
@@ -844,9 +876,10 @@ static uint32_t motorcade_frames_slot_word(uint32_t *s, const struct motorcade_i
     return motorcade_image_word(image, (uint32_t)1 + BITS(motorcade_image_word(image, 0), 24, 255) + (uint8_t)s[MOTORCADE_BRAIN_SLOT]);
 }
 
-/* Make the first frame of a slot due. */
-static void motorcade_frames_open_slot(uint32_t *s)
+/* Give the tagged word of the slot, which has begun, the next tag, and make its first frame due. */
+void motorcade_frames_open_next_slot(uint32_t *s, const struct motorcade_image *image)
 {
+    s[MOTORCADE_BRAIN_TAG] = motorcade_infrared_next_tag((uint8_t)(uint16_t)s[MOTORCADE_BRAIN_TAG], motorcade_frames_slot_word(s, image));
     s[MOTORCADE_BRAIN_SENT] = 0;
     s[MOTORCADE_BRAIN_INTERVAL] = 0;
     s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_SCHEDULED;
@@ -868,33 +901,29 @@ void motorcade_frames_leader_begin(uint32_t *s, const struct motorcade_image *im
     s[MOTORCADE_BRAIN_SLOT] = 0;
     s[MOTORCADE_BRAIN_SLOT_STARTED_MS] = now;
     s[MOTORCADE_BRAIN_NEXT_FRAME_MS] = now;
-    /* A frame is over within a second; a later time was set more than six days ago. */
-    if (motorcade_ticks_elapsed_ms(s[MOTORCADE_BRAIN_QUIET_MS], now) > 1000) {
-        s[MOTORCADE_BRAIN_QUIET_MS] = now;
-    }
+    motorcade_frames_forget_frame(s, now);
     /* A new image counts on, since followers would ignore its words with tags that look old. */
     if (motorcade_frames_is_tagged(image) && BITS(motorcade_image_word(image, 0), 16, 255)) {
-        s[MOTORCADE_BRAIN_TAG] = motorcade_infrared_next_tag((uint8_t)(uint16_t)s[MOTORCADE_BRAIN_TAG], motorcade_frames_slot_word(s, image));
-        motorcade_frames_open_slot(s);
+        motorcade_frames_open_next_slot(s, image);
     } else {
         s[MOTORCADE_BRAIN_TAG] = 0;
     }
 }
 
-/* Go on to the slot that `now` is in. Return 1 where it is a new one, else 0. */
-static uint8_t motorcade_frames_enter_slot(uint32_t *s, const struct motorcade_image *image, uint32_t now, const uint32_t *levels)
+/* Go on to the slot that `now` is in, where the first `count` follower words are sent in turn. */
+void motorcade_frames_enter_slot(uint32_t *s, const struct motorcade_image *image, uint8_t count, uint32_t now, const uint32_t *levels)
 {
     uint32_t dwell = motorcade_frames_dwell_ms(image, levels);
-    uint32_t is_new = 0;
     while (motorcade_ticks_elapsed_ms(now, s[MOTORCADE_BRAIN_SLOT_STARTED_MS]) >= dwell) {
         s[MOTORCADE_BRAIN_SLOT_STARTED_MS] = motorcade_ticks_later_ms(s[MOTORCADE_BRAIN_SLOT_STARTED_MS], dwell);
-        s[MOTORCADE_BRAIN_SLOT] = ((uint32_t)(uint8_t)s[MOTORCADE_BRAIN_SLOT] + 1) % BITS(motorcade_image_word(image, 0), 16, 255);
-        if ((uint16_t)s[MOTORCADE_BRAIN_TAG]) {
-            s[MOTORCADE_BRAIN_TAG] = motorcade_infrared_next_tag((uint8_t)(uint16_t)s[MOTORCADE_BRAIN_TAG], motorcade_frames_slot_word(s, image));
+        s[MOTORCADE_BRAIN_SLOT] = (uint32_t)(uint8_t)s[MOTORCADE_BRAIN_SLOT] + 1;
+        if ((uint8_t)s[MOTORCADE_BRAIN_SLOT] == count) {
+            s[MOTORCADE_BRAIN_SLOT] = 0;
         }
-        is_new = 1;
+        if ((uint16_t)s[MOTORCADE_BRAIN_TAG]) {
+            motorcade_frames_open_next_slot(s, image);
+        }
     }
-    return (uint8_t)is_new;
 }
 
 /* Begin an interval of `interval` ms; the frame is due at a random time in its second half. */
@@ -995,17 +1024,14 @@ static void motorcade_frames_go_on_opening(uint32_t *s, const uint32_t *levels)
     }
 }
 
-/* Return 1 where a leader of tagged words begins a frame now, else 0.
+/* Return 1 where a leader of tagged words begins a frame of its present slot now, else 0.
  *
  * It sends a new word at once and twice more within OPENING_MS. Then it repeats the word as a follower does, but
  * counts no frames of others, because a leader receives none. Where the air is busy it sends as soon as the air is
  * free. So it comes before the followers, which wait for a random time.
  */
-static uint8_t motorcade_frames_sends_tagged(uint32_t *s, const struct motorcade_image *image, uint8_t air_is_busy, uint32_t now, const uint32_t *levels)
+uint8_t motorcade_frames_sends_in_slot(uint32_t *s, const struct motorcade_image *image, uint8_t air_is_busy, uint32_t now, const uint32_t *levels)
 {
-    if (motorcade_frames_enter_slot(s, image, now, levels)) {
-        motorcade_frames_open_slot(s);
-    }
     if (motorcade_ticks_reached(now, s[MOTORCADE_BRAIN_QUIET_MS]) == 0) {
         return 0;
     }
@@ -1038,12 +1064,13 @@ uint8_t motorcade_frames_leader_sends(uint32_t *s, const struct motorcade_image 
         return 0;
     }
     if (motorcade_frames_is_tagged(image)) {
-        return motorcade_frames_sends_tagged(s, image, air_is_busy, now, levels);
+        motorcade_frames_enter_slot(s, image, follower_words, now, levels);
+        return motorcade_frames_sends_in_slot(s, image, air_is_busy, now, levels);
     }
     if (motorcade_ticks_reached(now, s[MOTORCADE_BRAIN_NEXT_FRAME_MS]) == 0 || motorcade_ticks_reached(now, s[MOTORCADE_BRAIN_QUIET_MS]) == 0) {
         return 0;
     }
-    motorcade_frames_enter_slot(s, image, now, levels);
+    motorcade_frames_enter_slot(s, image, follower_words, now, levels);
     s[MOTORCADE_BRAIN_QUIET_MS] = motorcade_ticks_later_ms(now, motorcade_frames_frame_ms(motorcade_frames_leader_frame(s, image), levels) + levels[MOTORCADE_BRAIN_GAP_MS]);
     if ((uint8_t)s[MOTORCADE_BRAIN_RELAYED] == 0) {
         s[MOTORCADE_BRAIN_NEXT_FRAME_MS] = s[MOTORCADE_BRAIN_QUIET_MS];
@@ -1067,10 +1094,7 @@ uint32_t motorcade_frames_follower_frame(uint32_t *s)
 static void motorcade_frames_replace(uint32_t *s, uint32_t word, uint32_t now, const uint32_t *levels)
 {
     if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING]) {
-        uint32_t running_ms = motorcade_ticks_elapsed_ms(now, s[MOTORCADE_BRAIN_STARTED_MS]);
-        if (running_ms > 0) {
-            motorcade_brain_draw_headings(s, running_ms - 1, levels);
-        }
+        motorcade_brain_break_off(s, now, levels);
     }
     s[MOTORCADE_BRAIN_HOLDS] = 1;
     motorcade_brain_begin_word(s, word, now);
@@ -1185,15 +1209,358 @@ uint8_t motorcade_frames_follower_sends(uint32_t *s, uint8_t air_is_busy, uint32
     return 1;
 }
 
+/* decisions */
+
+/* Return more than 0 where the leader of the image that was surveyed decides, else 0. */
+uint8_t motorcade_decisions_decides(uint8_t *d)
+{
+    return d[MOTORCADE_DECISIONS_WORDS];
+}
+
+/* Return how far the image needs the ultrasonic sensor; 0: not at all. */
+uint32_t motorcade_decisions_looks_mm(uint8_t *d, const uint32_t *levels)
+{
+    if (d[MOTORCADE_DECISIONS_LOOKS] == 0) {
+        return 0;
+    }
+    return levels[(uint32_t)MOTORCADE_BRAIN_AVOID_RADII_MM + d[MOTORCADE_DECISIONS_LOOKS] - 1];
+}
+
+static void motorcade_decisions_look(uint8_t *d, uint8_t level, const uint32_t *levels)
+{
+    if (levels[(uint32_t)MOTORCADE_BRAIN_AVOID_RADII_MM + level] > motorcade_decisions_looks_mm(d, levels)) {
+        d[MOTORCADE_DECISIONS_LOOKS] = (uint8_t)((uint32_t)1 + level);
+    }
+}
+
+/* Find out whether a leader word tells something, and how far it needs the ultrasonic sensor. */
+static void motorcade_decisions_survey_word(uint8_t *d, uint32_t word, const uint32_t *levels)
+{
+    if (BITS(word, 31, 255)) {
+        uint8_t op = BITS(word, MOTORCADE_POSITIONS_OP_AT, 7);
+        if (op == MOTORCADE_FLOW_TELL) {
+            d[MOTORCADE_DECISIONS_TELLS] = 1;
+        } else if (op <= MOTORCADE_FLOW_CALL && BITS(word, MOTORCADE_POSITIONS_CONDITION_AT, 15) == MOTORCADE_FLOW_OBSTACLE) {
+            motorcade_decisions_look(d, BITS(word, MOTORCADE_POSITIONS_LEVEL_AT, 3), levels);
+        }
+    } else {
+        if (BITS(word, MOTORCADE_POSITIONS_UNTIL_AT, 15) == MOTORCADE_FLOW_OBSTACLE) {
+            motorcade_decisions_look(d, BITS(word, MOTORCADE_POSITIONS_UNTIL_LEVEL_AT, 3), levels);
+        }
+        if (BITS(word, MOTORCADE_POSITIONS_AVOID_ENABLE_AT, 1)) {
+            motorcade_decisions_look(d, BITS(word, MOTORCADE_POSITIONS_AVOID_RADIUS_AT, 3), levels);
+        }
+    }
+}
+
+/* Find out what a new image needs, from the words at indices `begin` to `end` - 1; the header is at 0.
+ *
+ * Call it for the whole image before `begin`, on a slow chip in several ticks: each word takes it some time.
+ */
+void motorcade_decisions_survey(uint8_t *d, const struct motorcade_image *image, uint16_t begin, uint16_t end, const uint32_t *levels)
+{
+    if (begin == 0) {
+        d[MOTORCADE_DECISIONS_LOOKS] = 0;
+        d[MOTORCADE_DECISIONS_TELLS] = 0;
+        d[MOTORCADE_DECISIONS_WORDS] = 0;
+        if (motorcade_image_word(image, 0) & MOTORCADE_FLOW_DECIDES) {
+            d[MOTORCADE_DECISIONS_WORDS] = BITS(motorcade_image_word(image, 0), 24, 255);
+        }
+        begin = 1;
+    }
+    while (begin < end && begin <= d[MOTORCADE_DECISIONS_WORDS]) {
+        motorcade_decisions_survey_word(d, motorcade_image_word(image, begin), levels);
+        begin = (uint16_t)((uint32_t)begin + 1);
+    }
+}
+
+/* Begin an image: its first words are executed in the next tick, and nothing is told before its first tell. */
+void motorcade_decisions_begin(uint32_t *s, uint8_t *d, uint32_t now)
+{
+    s[MOTORCADE_BRAIN_STATE] = 0;
+    s[MOTORCADE_BRAIN_RUNNING] = 0;
+    s[MOTORCADE_BRAIN_HOLDS] = 0;
+    const uint32_t i_end = (uint32_t)MOTORCADE_DECISIONS_SIZE - MOTORCADE_DECISIONS_NEXT;
+    for (uint32_t i = 0; i < i_end; i++) {
+        d[MOTORCADE_DECISIONS_NEXT + i] = 0;
+    }
+    motorcade_frames_forget_frame(s, now);
+}
+
+/* Take a voice command for the conditions of the running state and of the flow words behind it. */
+void motorcade_decisions_hear_voice(uint8_t *d, uint8_t voice)
+{
+    d[MOTORCADE_DECISIONS_VOICES] = (uint8_t)(d[MOTORCADE_DECISIONS_VOICES] | ((uint32_t)1 << ((uint32_t)voice - MOTORCADE_BRAIN_VOICE_STOP)));
+}
+
+/* Return the condition that ends the running state; ALWAYS where it has none, or no state runs. */
+uint8_t motorcade_decisions_running_until(uint32_t *s)
+{
+    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] == 0) {
+        return MOTORCADE_FLOW_ALWAYS;
+    }
+    return BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_POSITIONS_UNTIL_AT, 15);
+}
+
+/* Return 1 where a condition holds, else 0; `word` has the counter and the value, where it needs them. */
+static uint8_t motorcade_decisions_holds(uint32_t *s, uint8_t *d, uint8_t condition, uint8_t level, uint32_t word, const struct motorcade_senses *senses, const uint32_t *levels)
+{
+    uint8_t value = BITS(word, MOTORCADE_POSITIONS_VALUE_AT, 255);
+    if (condition == MOTORCADE_FLOW_OBSTACLE) {
+        return senses->obstacle_mm < levels[(uint32_t)MOTORCADE_BRAIN_AVOID_RADII_MM + level] ? 1 : 0;
+    }
+    if (condition == MOTORCADE_FLOW_PERSON) {
+        return senses->person ? 1 : 0;
+    }
+    if (condition == MOTORCADE_FLOW_VOICE) {
+        return (d[MOTORCADE_DECISIONS_VOICES] >> level) & 1;
+    }
+    if (condition == MOTORCADE_FLOW_FLOOR) {
+        if (level == MOTORCADE_FLOW_EITHER_DARK) {
+            return senses->dark_floor ? 1 : 0;
+        }
+        /* The levels left, right and both are the sensors that have to be over dark floor. */
+        return (senses->dark_floor & level) == level ? 1 : 0;
+    }
+    if (condition == MOTORCADE_FLOW_CHANCE) {
+        return BITS(motorcade_brain_draw(s), 24, 255) < value ? 1 : 0;
+    }
+    uint8_t counted = d[(uint32_t)MOTORCADE_DECISIONS_COUNTS + BITS(word, MOTORCADE_POSITIONS_COUNTER_AT, 3)];
+    if (level == MOTORCADE_FLOW_IS) {
+        return counted == value ? 1 : 0;
+    }
+    if (level == MOTORCADE_FLOW_BELOW) {
+        return counted < value ? 1 : 0;
+    }
+    return counted > value ? 1 : 0;
+}
+
+/* Return 1 where the running state has a condition that ends it with these senses, else 0. */
+uint8_t motorcade_decisions_ends_early(uint32_t *s, uint8_t *d, const struct motorcade_senses *senses, const uint32_t *levels)
+{
+    uint8_t until = motorcade_decisions_running_until(s);
+    if (until == MOTORCADE_FLOW_ALWAYS) {
+        return 0;
+    }
+    uint32_t word = s[MOTORCADE_BRAIN_WORD];
+    uint8_t holds = motorcade_decisions_holds(s, d, until, BITS(word, MOTORCADE_POSITIONS_UNTIL_LEVEL_AT, 3), word, senses, levels);
+    return holds != BITS(word, MOTORCADE_POSITIONS_UNTIL_NOT_AT, 1) ? 1 : 0;
+}
+
+/* End the running state now if its condition asks for it; call it once in each tick. */
+void motorcade_decisions_begin_tick(uint32_t *s, uint8_t *d, const struct motorcade_senses *senses, uint32_t now, const uint32_t *levels)
+{
+    d[MOTORCADE_DECISIONS_FLOW_LEFT] = MOTORCADE_DECISIONS_MOST_FLOW_WORDS;
+    if (motorcade_decisions_ends_early(s, d, senses, levels)) {
+        motorcade_brain_break_off(s, now, levels);
+    }
+    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] == 0) {
+        s[MOTORCADE_BRAIN_STARTED_MS] = now;
+    }
+}
+
+/* Execute a count: set or change one of the counters. */
+static void motorcade_decisions_count(uint32_t *s, uint8_t *d, uint32_t word)
+{
+    uint32_t place = (uint32_t)MOTORCADE_DECISIONS_COUNTS + BITS(word, MOTORCADE_POSITIONS_COUNTER_AT, 3);
+    uint8_t how = BITS(word, MOTORCADE_POSITIONS_LEVEL_AT, 3);
+    uint8_t value = BITS(word, MOTORCADE_POSITIONS_VALUE_AT, 255);
+    if (how == MOTORCADE_FLOW_SET) {
+        d[place] = value;
+    } else if (how == MOTORCADE_FLOW_RANDOM) {
+        d[place] = (uint8_t)((motorcade_brain_draw(s) >> 8) % ((uint32_t)value + 1));
+    } else if (how == MOTORCADE_FLOW_ADD) {
+        uint8_t room = (uint8_t)((uint32_t)MOTORCADE_FLOW_MOST_COUNT - d[place]);
+        d[place] = (uint8_t)((uint32_t)d[place] + (value < room ? value : room));
+    } else {
+        d[place] = (uint8_t)((uint32_t)d[place] - (value < d[place] ? value : d[place]));
+    }
+}
+
+/* Execute a tell: ask for a slot; of several tells that wait the last one counts. */
+static void motorcade_decisions_tell(uint8_t *d, uint32_t word, const struct motorcade_image *image)
+{
+    uint8_t target = BITS(word, MOTORCADE_POSITIONS_TARGET_AT, 255);
+    uint8_t turns = 0;
+    if (target == MOTORCADE_FLOW_IN_TURN) {
+        target = 0;
+        turns = BITS(word, MOTORCADE_POSITIONS_VALUE_AT, 255);
+        if (turns == 0) {
+            turns = BITS(motorcade_image_word(image, 0), 16, 255);
+        }
+    }
+    d[MOTORCADE_DECISIONS_WAITS] = 1;
+    d[MOTORCADE_DECISIONS_TOLD] = target;
+    d[MOTORCADE_DECISIONS_TOLD_TURNS] = turns;
+}
+
+/* Go on where the last call asks for it; without one with the first word. */
+static void motorcade_decisions_return(uint8_t *d)
+{
+    d[MOTORCADE_DECISIONS_NEXT] = 0;
+    if (d[MOTORCADE_DECISIONS_CALLS] > 0) {
+        d[MOTORCADE_DECISIONS_CALLS] = (uint8_t)((uint32_t)d[MOTORCADE_DECISIONS_CALLS] - 1);
+        d[MOTORCADE_DECISIONS_NEXT] = d[MOTORCADE_DECISIONS_RETURNS];
+        const uint32_t i_end = (uint32_t)MOTORCADE_DECISIONS_MOST_CALLS - 1;
+        for (uint32_t i = 0; i < i_end; i++) {
+            d[MOTORCADE_DECISIONS_RETURNS + i] = d[MOTORCADE_DECISIONS_RETURNS + i + 1];
+        }
+    }
+}
+
+/* Return 1 where the condition of a jump or a call asks for it now, else 0. */
+static uint8_t motorcade_decisions_is_taken(uint32_t *s, uint8_t *d, uint32_t word, const struct motorcade_senses *senses, const uint32_t *levels)
+{
+    uint8_t condition = BITS(word, MOTORCADE_POSITIONS_CONDITION_AT, 15);
+    if (condition == MOTORCADE_FLOW_ALWAYS) {
+        return 1;
+    }
+    uint8_t holds = motorcade_decisions_holds(s, d, condition, BITS(word, MOTORCADE_POSITIONS_LEVEL_AT, 3), word, senses, levels);
+    return holds != BITS(word, MOTORCADE_POSITIONS_IF_NOT_AT, 1) ? 1 : 0;
+}
+
+/* Remember where a call goes on; of more than MOST_CALLS the oldest is forgotten. */
+static void motorcade_decisions_remember(uint8_t *d)
+{
+    const uint32_t i_end = (uint32_t)MOTORCADE_DECISIONS_MOST_CALLS - 1;
+    for (uint32_t i = 0; i < i_end; i++) {
+        d[(uint32_t)MOTORCADE_DECISIONS_RETURNS + MOTORCADE_DECISIONS_MOST_CALLS - 1 - i] = d[(uint32_t)MOTORCADE_DECISIONS_RETURNS + MOTORCADE_DECISIONS_MOST_CALLS - 2 - i];
+    }
+    d[MOTORCADE_DECISIONS_RETURNS] = d[MOTORCADE_DECISIONS_NEXT];
+    if (d[MOTORCADE_DECISIONS_CALLS] < MOTORCADE_DECISIONS_MOST_CALLS) {
+        d[MOTORCADE_DECISIONS_CALLS] = (uint8_t)((uint32_t)d[MOTORCADE_DECISIONS_CALLS] + 1);
+    }
+}
+
+/* Execute a flow word; NEXT is already that of the word behind it. */
+static void motorcade_decisions_execute(uint32_t *s, uint8_t *d, uint32_t word, const struct motorcade_image *image, const struct motorcade_senses *senses, const uint32_t *levels)
+{
+    uint8_t op = BITS(word, MOTORCADE_POSITIONS_OP_AT, 7);
+    if (op == MOTORCADE_FLOW_COUNT) {
+        motorcade_decisions_count(s, d, word);
+    } else if (op == MOTORCADE_FLOW_TELL) {
+        motorcade_decisions_tell(d, word, image);
+    } else if (op == MOTORCADE_FLOW_RETURN) {
+        motorcade_decisions_return(d);
+    } else if (motorcade_decisions_is_taken(s, d, word, senses, levels)) {
+        if (op == MOTORCADE_FLOW_CALL) {
+            motorcade_decisions_remember(d);
+        }
+        d[MOTORCADE_DECISIONS_NEXT] = BITS(word, MOTORCADE_POSITIONS_TARGET_AT, 255);
+    }
+}
+
+/* End the running state if its length is over, execute flow words, and begin a state. Return 1 where one began.
+ *
+ * Call it until it returns 0: after a late tick several states may have ended.
+ */
+uint8_t motorcade_decisions_next_state(uint32_t *s, uint8_t *d, const struct motorcade_image *image, const struct motorcade_senses *senses, uint32_t now, const uint32_t *levels)
+{
+    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] && motorcade_brain_end_state(s, now, levels) == 0) {
+        return 0;
+    }
+    while (d[MOTORCADE_DECISIONS_FLOW_LEFT] > 0) {
+        uint8_t index = d[MOTORCADE_DECISIONS_NEXT];
+        uint32_t word = motorcade_image_word(image, (uint32_t)1 + index);
+        d[MOTORCADE_DECISIONS_NEXT] = (uint8_t)((uint32_t)index + 1);
+        if (d[MOTORCADE_DECISIONS_NEXT] == d[MOTORCADE_DECISIONS_WORDS]) {
+            d[MOTORCADE_DECISIONS_NEXT] = 0;
+        }
+        if (BITS(word, 31, 255) == 0) {
+            s[MOTORCADE_BRAIN_STATE] = index;
+            d[MOTORCADE_DECISIONS_VOICES] = 0;
+            motorcade_brain_begin_word(s, word, s[MOTORCADE_BRAIN_STARTED_MS]);
+            return 1;
+        }
+        d[MOTORCADE_DECISIONS_FLOW_LEFT] = (uint8_t)((uint32_t)d[MOTORCADE_DECISIONS_FLOW_LEFT] - 1);
+        motorcade_decisions_execute(s, d, word, image, senses, levels);
+    }
+    return 0;
+}
+
+/* Return how long a slot lasts at least: a tag tells only NEWER_SLOTS slots from older ones. */
+uint32_t motorcade_decisions_least_slot_ms(const uint32_t *levels)
+{
+    return (levels[MOTORCADE_BRAIN_FORGET_MS] + MOTORCADE_INFRARED_NEWER_SLOTS - 1) / MOTORCADE_INFRARED_NEWER_SLOTS;
+}
+
+/* Open the slot of a tell that waits, or go on to the slot that `now` is in where words are told in turn.
+ *
+ * Call it before the words of a tick and behind them: what is told in a tick comes behind the slots up to then.
+ */
+void motorcade_decisions_change_slot(uint32_t *s, uint8_t *d, const struct motorcade_image *image, uint32_t now, const uint32_t *levels)
+{
+    if (d[MOTORCADE_DECISIONS_WAITS]) {
+        /* A leader without a tag has sent nothing that a new tag could be taken for. */
+        if ((uint16_t)s[MOTORCADE_BRAIN_TAG] && motorcade_ticks_elapsed_ms(now, s[MOTORCADE_BRAIN_SLOT_STARTED_MS]) < motorcade_decisions_least_slot_ms(levels)) {
+            return;
+        }
+        d[MOTORCADE_DECISIONS_WAITS] = 0;
+        d[MOTORCADE_DECISIONS_IS_TELLING] = 1;
+        d[MOTORCADE_DECISIONS_TURNS] = d[MOTORCADE_DECISIONS_TOLD_TURNS];
+        s[MOTORCADE_BRAIN_SLOT] = d[MOTORCADE_DECISIONS_TOLD];
+        s[MOTORCADE_BRAIN_SLOT_STARTED_MS] = now;
+        motorcade_frames_open_next_slot(s, image);
+    } else if (d[MOTORCADE_DECISIONS_TURNS]) {
+        motorcade_frames_enter_slot(s, image, d[MOTORCADE_DECISIONS_TURNS], now, levels);
+    }
+}
+
+/* Return 1 where a leader that tells begins a frame of its follower word `s[SLOT]` now, else 0. */
+uint8_t motorcade_decisions_sends(uint32_t *s, uint8_t *d, const struct motorcade_image *image, uint8_t air_is_busy, uint32_t now, const uint32_t *levels)
+{
+    motorcade_decisions_change_slot(s, d, image, now, levels);
+    if (d[MOTORCADE_DECISIONS_IS_TELLING] == 0) {
+        return 0;
+    }
+    return motorcade_frames_sends_in_slot(s, image, air_is_busy, now, levels);
+}
+
+/* Return 1 while a car whose sensors must be read again and again needs each tick, else 0. */
+uint8_t motorcade_decisions_watches(uint32_t *s, uint8_t *d)
+{
+    return ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] == 0 || d[MOTORCADE_DECISIONS_LOOKS] || motorcade_decisions_running_until(s) != MOTORCADE_FLOW_ALWAYS) ? 1 : 0;
+}
+
 /* step */
 
-/* Let a leader begin its image. */
+/* Let a leader begin its image, which `motorcade.car.decisions.survey` has seen. */
 void motorcade_step_begin_program(struct motorcade_car *car, uint32_t now)
 {
-    motorcade_frames_leader_begin(car->memory, car->image, now);
-    if (motorcade_brain_leader_start(car->memory, car->image, now)) {
-        motorcade_car_note(car, MOTORCADE_STEP_STATE, now, car->memory[MOTORCADE_BRAIN_WORD], 0);
+    uint32_t *s = car->memory;
+    if (motorcade_decisions_decides(car->decisions)) {
+        motorcade_decisions_begin(s, car->decisions, now);
+        if (car->decisions[MOTORCADE_DECISIONS_TELLS] == 0) {
+            motorcade_frames_leader_begin(s, car->image, now);
+        }
+    } else {
+        motorcade_frames_leader_begin(s, car->image, now);
+        if (motorcade_brain_leader_start(s, car->image, now)) {
+            motorcade_car_note(car, MOTORCADE_STEP_STATE, now, s[MOTORCADE_BRAIN_WORD], 0);
+        }
     }
+}
+
+/* Sense first, and go on with the words of a leader that decides by that; return what was sensed. */
+static const struct motorcade_senses *motorcade_step_decide(struct motorcade_car *car, uint32_t now)
+{
+    uint32_t *s = car->memory;
+    uint8_t *d = car->decisions;
+    const uint32_t *levels = car->levels;
+    uint8_t voice = motorcade_car_heard_voice(car);
+    if (voice != MOTORCADE_BRAIN_NO_VOICE) {
+        motorcade_brain_hear_voice(s, voice);
+        motorcade_decisions_hear_voice(d, voice);
+    }
+    const struct motorcade_senses *senses = motorcade_car_sense(car, motorcade_decisions_looks_mm(d, levels));
+    if (d[MOTORCADE_DECISIONS_TELLS]) {
+        motorcade_decisions_change_slot(s, d, car->image, now, levels);
+    }
+    motorcade_decisions_begin_tick(s, d, senses, now, levels);
+    while (motorcade_decisions_next_state(s, d, car->image, senses, now, levels)) {
+        motorcade_car_note(car, MOTORCADE_STEP_STATE, s[MOTORCADE_BRAIN_STARTED_MS], s[MOTORCADE_BRAIN_WORD], (uint8_t)s[MOTORCADE_BRAIN_STATE]);
+    }
+    return senses;
 }
 
 static void motorcade_step_follow(struct motorcade_car *car, uint32_t now)
@@ -1214,12 +1581,8 @@ static void motorcade_step_follow(struct motorcade_car *car, uint32_t now)
     }
 }
 
-/* Go on with the program or the word, take what was received, and set wheels and LED.
- *
- * Returns:
- *     What `car.set_outputs` returns.
- */
-void motorcade_step_act(struct motorcade_car *car, uint32_t now)
+/* Go on with the program or the word, and take what was received; return what is sensed then. */
+static const struct motorcade_senses *motorcade_step_go_on(struct motorcade_car *car, uint32_t now)
 {
     uint32_t *s = car->memory;
     const uint32_t *levels = car->levels;
@@ -1234,10 +1597,35 @@ void motorcade_step_act(struct motorcade_car *car, uint32_t now)
     if (voice != MOTORCADE_BRAIN_NO_VOICE) {
         motorcade_brain_hear_voice(s, voice);
     }
-    const struct motorcade_senses *senses = motorcade_car_sense(car, motorcade_brain_looks_mm(s, now, levels));
+    return motorcade_car_sense(car, motorcade_brain_looks_mm(s, now, levels));
+}
+
+/* Go on with the program or the word, take what was received, and set wheels and LED.
+ *
+ * Returns:
+ *     What `car.set_outputs` returns.
+ */
+void motorcade_step_act(struct motorcade_car *car, uint32_t now)
+{
+    const struct motorcade_senses *senses;
+    uint32_t *s = car->memory;
+    const uint32_t *levels = car->levels;
+    if (car->leads && motorcade_decisions_decides(car->decisions)) {
+        senses = motorcade_step_decide(car, now);
+    } else {
+        senses = motorcade_step_go_on(car, now);
+    }
     uint8_t wheels = motorcade_brain_wheels(s, senses, now, levels);
     motorcade_car_set_outputs(car, wheels, senses);
     return;
+}
+
+static uint8_t motorcade_step_leader_sends(struct motorcade_car *car, uint32_t now)
+{
+    if (car->decisions[MOTORCADE_DECISIONS_TELLS]) {
+        return motorcade_decisions_sends(car->memory, car->decisions, car->image, motorcade_car_air_is_busy(car), now, car->levels);
+    }
+    return motorcade_frames_leader_sends(car->memory, car->image, motorcade_car_air_is_busy(car), now, car->levels);
 }
 
 /* Begin the frame that is due, if one is; call it after `act`. Return 1 where a frame was begun, else 0. */
@@ -1245,7 +1633,7 @@ uint8_t motorcade_step_send(struct motorcade_car *car, uint32_t now)
 {
     uint32_t *s = car->memory;
     if (car->leads) {
-        if (motorcade_frames_leader_sends(s, car->image, motorcade_car_air_is_busy(car), now, car->levels) == 0) {
+        if (motorcade_step_leader_sends(car, now) == 0) {
             return 0;
         }
         motorcade_car_send_frame(car, motorcade_frames_leader_frame(s, car->image));

@@ -33,6 +33,7 @@ struct motorcade_senses {
 struct motorcade_car {
     uint8_t leads; /* Whether the car leads or follows. */
     uint32_t *memory; /* The argument `s` of `motorcade.car.brain`. */
+    uint8_t *decisions; /* The argument `d` of `motorcade.car.decisions`; a follower needs none. */
     const struct motorcade_image *image; /* The words of the car's image. */
     const uint32_t *levels; /* The profile's integers. */
 };
@@ -161,6 +162,17 @@ void motorcade_blocks_move_to_start(uint8_t *buffer, uint32_t begin, uint32_t en
 #define MOTORCADE_POSITIONS_VOICE_AT 13
 #define MOTORCADE_POSITIONS_PIR_AT 12
 #define MOTORCADE_POSITIONS_FLOOR_AT 11
+/* The same of what ends a state of a leader that decides, and of a flow word. */
+#define MOTORCADE_POSITIONS_UNTIL_AT 7
+#define MOTORCADE_POSITIONS_UNTIL_NOT_AT 6
+#define MOTORCADE_POSITIONS_UNTIL_LEVEL_AT 4
+#define MOTORCADE_POSITIONS_OP_AT 28
+#define MOTORCADE_POSITIONS_TARGET_AT 20
+#define MOTORCADE_POSITIONS_CONDITION_AT 16
+#define MOTORCADE_POSITIONS_IF_NOT_AT 15
+#define MOTORCADE_POSITIONS_LEVEL_AT 13
+#define MOTORCADE_POSITIONS_COUNTER_AT 11
+#define MOTORCADE_POSITIONS_VALUE_AT 1
 /* The bits of a frame's check. */
 #define MOTORCADE_POSITIONS_CHECK_BITS 62
 /* The largest value of a header's reserved field that has a meaning. */
@@ -191,11 +203,27 @@ void motorcade_blocks_move_to_start(uint8_t *buffer, uint32_t begin, uint32_t en
 #define MOTORCADE_FLOW_TAGGED 1
 #define MOTORCADE_FLOW_DECIDES 2
 #define MOTORCADE_FLOW_CALL 1
+#define MOTORCADE_FLOW_RETURN 2
+#define MOTORCADE_FLOW_COUNT 3
 #define MOTORCADE_FLOW_TELL 4
+/* What a condition asks. */
+#define MOTORCADE_FLOW_ALWAYS 0
+#define MOTORCADE_FLOW_OBSTACLE 1
+#define MOTORCADE_FLOW_PERSON 2
+#define MOTORCADE_FLOW_VOICE 3
 #define MOTORCADE_FLOW_FLOOR 4
 #define MOTORCADE_FLOW_CHANCE 6
+/* Levels of the condition floor, and of counter. */
+#define MOTORCADE_FLOW_EITHER_DARK 0
+#define MOTORCADE_FLOW_IS 0
+#define MOTORCADE_FLOW_BELOW 1
+/* What count does, in its level. */
+#define MOTORCADE_FLOW_SET 0
+#define MOTORCADE_FLOW_ADD 1
+#define MOTORCADE_FLOW_RANDOM 3
 /* The target of a tell that goes on through the follower words. */
 #define MOTORCADE_FLOW_IN_TURN 255
+#define MOTORCADE_FLOW_MOST_COUNT 255
 /* What is wrong with a leader word; 0: nothing. */
 #define MOTORCADE_FLOW_BAD_FIELD 1 /* a value that has no meaning, or a bit that is 0 */
 #define MOTORCADE_FLOW_BAD_TARGET 2 /* no such leader or follower word */
@@ -310,8 +338,6 @@ uint8_t motorcade_receiver_next_event(uint32_t *r, uint8_t *buffer, uint16_t wor
  * still send it, and it may count as newer.
  */
 #define MOTORCADE_BRAIN_REPLACED_TAG_AT 8
-/* The header's reserved field where the follower words travel with a tag. */
-#define MOTORCADE_BRAIN_TAGGED 1
 /* The profile's integers, levels. */
 #define MOTORCADE_BRAIN_DURATIONS_MS 0 /* 4 of them */
 #define MOTORCADE_BRAIN_DWELLS_MS 4 /* 8 */
@@ -373,6 +399,12 @@ uint8_t motorcade_brain_leader_start(uint32_t *s, const struct motorcade_image *
  * before it ended.
  */
 uint8_t motorcade_brain_leader_step(uint32_t *s, const struct motorcade_image *image, uint32_t now, const uint32_t *levels);
+
+/* End a leader's state if its length is over: the next one begins at STARTED_MS. Return 1 then, else 0. */
+uint8_t motorcade_brain_end_state(uint32_t *s, uint32_t now, const uint32_t *levels);
+
+/* End a word now, whatever its length is: make the draws that were due before now. */
+void motorcade_brain_break_off(uint32_t *s, uint32_t now, const uint32_t *levels);
 
 /* End the word that a follower runs if its length is over. Return 1 then, else 0.
  *
@@ -441,6 +473,9 @@ uint32_t motorcade_frames_frame_ms(uint32_t frame, const uint32_t *levels);
 /* Begin to send the follower words of a leader's image. */
 void motorcade_frames_leader_begin(uint32_t *s, const struct motorcade_image *image, uint32_t now);
 
+/* Forget the last frame of a car: it is over within a second, so a later end was set more than six days ago. */
+void motorcade_frames_forget_frame(uint32_t *s, uint32_t now);
+
 /* Return 1 where the follower words of `image` travel with a tag, else 0. */
 uint8_t motorcade_frames_is_tagged(const struct motorcade_image *image);
 
@@ -456,6 +491,20 @@ uint32_t motorcade_frames_leader_frame(uint32_t *s, const struct motorcade_image
 /* Return the frame of the word that a follower passes on. */
 uint32_t motorcade_frames_follower_frame(uint32_t *s);
 
+/* Go on to the slot that `now` is in, where the first `count` follower words are sent in turn. */
+void motorcade_frames_enter_slot(uint32_t *s, const struct motorcade_image *image, uint8_t count, uint32_t now, const uint32_t *levels);
+
+/* Give the tagged word of the slot, which has begun, the next tag, and make its first frame due. */
+void motorcade_frames_open_next_slot(uint32_t *s, const struct motorcade_image *image);
+
+/* Return 1 where a leader of tagged words begins a frame of its present slot now, else 0.
+ *
+ * It sends a new word at once and twice more within OPENING_MS. Then it repeats the word as a follower does, but
+ * counts no frames of others, because a leader receives none. Where the air is busy it sends as soon as the air is
+ * free. So it comes before the followers, which wait for a random time.
+ */
+uint8_t motorcade_frames_sends_in_slot(uint32_t *s, const struct motorcade_image *image, uint8_t air_is_busy, uint32_t now, const uint32_t *levels);
+
 /* Take a frame that ended now; call follower_step first. Return the result, BEGUN to REMOTE. */
 uint8_t motorcade_frames_follower_hears(uint32_t *s, uint32_t frame, uint32_t now, const uint32_t *levels);
 
@@ -466,6 +515,77 @@ uint8_t motorcade_frames_follower_hears(uint32_t *s, uint32_t frame, uint32_t no
  */
 uint8_t motorcade_frames_follower_sends(uint32_t *s, uint8_t air_is_busy, uint32_t now, const uint32_t *levels);
 
+/* decisions */
+
+/* For the type checker alone, as in motorcade.car.brain. */
+#define MOTORCADE_DECISIONS_MYPY False
+/* The memory, d. */
+#define MOTORCADE_DECISIONS_WORDS 0 /* how many words a leader that decides has; 0 for another */
+#define MOTORCADE_DECISIONS_LOOKS 1 /* 1 + the level of the largest radius for which the image needs the ultrasonic sensor; 0: not at all */
+#define MOTORCADE_DECISIONS_TELLS 2 /* 1 where the image holds a tell */
+#define MOTORCADE_DECISIONS_NEXT 3 /* index of the leader word that comes next; what is from here on begins with 0 in each image */
+#define MOTORCADE_DECISIONS_FLOW_LEFT 4 /* how many flow words may still be executed in this tick */
+#define MOTORCADE_DECISIONS_VOICES 5 /* bit 0: 'stop' was heard since the state began; bit 1: 'go' was */
+#define MOTORCADE_DECISIONS_COUNTS 6 /* the four counters */
+#define MOTORCADE_DECISIONS_CALLS 10 /* how many calls will return, at most MOST_CALLS */
+#define MOTORCADE_DECISIONS_RETURNS 11 /* where they go on, the last one first: MOST_CALLS places */
+#define MOTORCADE_DECISIONS_IS_TELLING 15 /* 1 from the first tell on */
+#define MOTORCADE_DECISIONS_TURNS 16 /* how many follower words are sent in turn; 0: the one of the slot */
+#define MOTORCADE_DECISIONS_WAITS 17 /* 1 while a tell waits for its slot */
+#define MOTORCADE_DECISIONS_TOLD 18 /* SLOT of that tell */
+#define MOTORCADE_DECISIONS_TOLD_TURNS 19 /* TURNS of that tell */
+#define MOTORCADE_DECISIONS_SIZE 20
+#define MOTORCADE_DECISIONS_MOST_FLOW_WORDS 16
+#define MOTORCADE_DECISIONS_MOST_CALLS 4
+
+/* Return more than 0 where the leader of the image that was surveyed decides, else 0. */
+uint8_t motorcade_decisions_decides(uint8_t *d);
+
+/* Find out what a new image needs, from the words at indices `begin` to `end` - 1; the header is at 0.
+ *
+ * Call it for the whole image before `begin`, on a slow chip in several ticks: each word takes it some time.
+ */
+void motorcade_decisions_survey(uint8_t *d, const struct motorcade_image *image, uint16_t begin, uint16_t end, const uint32_t *levels);
+
+/* Return how far the image needs the ultrasonic sensor; 0: not at all. */
+uint32_t motorcade_decisions_looks_mm(uint8_t *d, const uint32_t *levels);
+
+/* Begin an image: its first words are executed in the next tick, and nothing is told before its first tell. */
+void motorcade_decisions_begin(uint32_t *s, uint8_t *d, uint32_t now);
+
+/* Take a voice command for the conditions of the running state and of the flow words behind it. */
+void motorcade_decisions_hear_voice(uint8_t *d, uint8_t voice);
+
+/* End the running state now if its condition asks for it; call it once in each tick. */
+void motorcade_decisions_begin_tick(uint32_t *s, uint8_t *d, const struct motorcade_senses *senses, uint32_t now, const uint32_t *levels);
+
+/* Return the condition that ends the running state; ALWAYS where it has none, or no state runs. */
+uint8_t motorcade_decisions_running_until(uint32_t *s);
+
+/* Return 1 where the running state has a condition that ends it with these senses, else 0. */
+uint8_t motorcade_decisions_ends_early(uint32_t *s, uint8_t *d, const struct motorcade_senses *senses, const uint32_t *levels);
+
+/* End the running state if its length is over, execute flow words, and begin a state. Return 1 where one began.
+ *
+ * Call it until it returns 0: after a late tick several states may have ended.
+ */
+uint8_t motorcade_decisions_next_state(uint32_t *s, uint8_t *d, const struct motorcade_image *image, const struct motorcade_senses *senses, uint32_t now, const uint32_t *levels);
+
+/* Return how long a slot lasts at least: a tag tells only NEWER_SLOTS slots from older ones. */
+uint32_t motorcade_decisions_least_slot_ms(const uint32_t *levels);
+
+/* Open the slot of a tell that waits, or go on to the slot that `now` is in where words are told in turn.
+ *
+ * Call it before the words of a tick and behind them: what is told in a tick comes behind the slots up to then.
+ */
+void motorcade_decisions_change_slot(uint32_t *s, uint8_t *d, const struct motorcade_image *image, uint32_t now, const uint32_t *levels);
+
+/* Return 1 where a leader that tells begins a frame of its follower word `s[SLOT]` now, else 0. */
+uint8_t motorcade_decisions_sends(uint32_t *s, uint8_t *d, const struct motorcade_image *image, uint8_t air_is_busy, uint32_t now, const uint32_t *levels);
+
+/* Return 1 while a car whose sensors must be read again and again needs each tick, else 0. */
+uint8_t motorcade_decisions_watches(uint32_t *s, uint8_t *d);
+
 /* step */
 
 /* For the type checker and the translation to C alone: MicroPython has no such modules. */
@@ -475,7 +595,7 @@ uint8_t motorcade_frames_follower_sends(uint32_t *s, uint8_t air_is_busy, uint32
 #define MOTORCADE_STEP_START 1
 #define MOTORCADE_STEP_OVER 2
 
-/* Let a leader begin its image. */
+/* Let a leader begin its image, which `motorcade.car.decisions.survey` has seen. */
 void motorcade_step_begin_program(struct motorcade_car *car, uint32_t now);
 
 /* Do all that is due at `now`. */

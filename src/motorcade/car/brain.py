@@ -1,7 +1,7 @@
 """What a car does with a word: plain functions of integers, the same source on every target.
 
-The brain of a car is two files: this one (steps, words, wheels and LED) and `motorcade.car.frames` (which frames a car
-sends, and what it does with those that it receives).
+The brain of a car is three files: this one (steps, words, wheels and LED), `motorcade.car.frames` (which frames a car
+sends, and what it does with those that it receives) and `motorcade.car.decisions` (a leader that decides).
 
 CPython and MicroPython run these files, the simulator compiles them, and they translate to C line by line. Therefore
 they have no classes, no floats, no clock, no input and no output. Times are arguments, in milliseconds that wrap
@@ -87,8 +87,6 @@ TAG_MASK = 31
 # A car that took a word only because it had forgotten its tag remembers that tag here. Neighbours that forget later
 # still send it, and it may count as newer.
 REPLACED_TAG_AT = 8
-# The header's reserved field where the follower words travel with a tag.
-TAGGED = 1
 # The profile's integers, levels.
 DURATIONS_MS = 0  # 4 of them
 DWELLS_MS = 4  # 8
@@ -199,13 +197,32 @@ def leader_step(s: list[int], image: ImageWords, now: int, levels: tuple[int, ..
     leader_states = image[0] >> 24
     if leader_states == 0:
         return 0
+    if end_state(s, now, levels) == 0:
+        return 0
+    s[STATE] = s[STATE] + 1
+    if s[STATE] == leader_states:
+        s[STATE] = 0
+    begin_word(s, image[1 + s[STATE]], s[STARTED_MS])
+    return 1
+
+
+def end_state(s: list[int], now: int, levels: tuple[int, ...]) -> uint8:
+    """End a leader's state if its length is over: the next one begins at STARTED_MS. Return 1 then, else 0."""
     length = length_ms(s[WORD], levels)
     if elapsed_ms(now, s[STARTED_MS]) < length:
         return 0
     draw_headings(s, length, levels)
-    s[STATE] = (s[STATE] + 1) % leader_states
-    begin_word(s, image[1 + s[STATE]], later_ms(s[STARTED_MS], length))
+    s[RUNNING] = 0
+    s[STARTED_MS] = later_ms(s[STARTED_MS], length)
     return 1
+
+
+def break_off(s: list[int], now: int, levels: tuple[int, ...]) -> None:
+    """End a word now, whatever its length is: make the draws that were due before now."""
+    running_ms = elapsed_ms(now, s[STARTED_MS])
+    if running_ms > 0:
+        draw_headings(s, running_ms - 1, levels)
+    s[RUNNING] = 0
 
 
 def follower_step(s: list[int], now: int, levels: tuple[int, ...]) -> uint8:

@@ -33,18 +33,17 @@ from motorcade.car.brain import (
     SENT,
     SLOT,
     SLOT_STARTED_MS,
-    STARTED_MS,
     TAG,
     TAG_MASK,
-    TAGGED,
     UNIT_US,
     WORD,
     ImageWords,
     begin_word,
+    break_off,
     draw,
-    draw_headings,
 )
 from motorcade.words import uint8
+from motorcade.words.flow import TAGGED
 from motorcade.words.infrared import (
     air_us,
     check_is_good,
@@ -109,20 +108,23 @@ def leader_begin(s: list[int], image: ImageWords, now: int) -> None:
     s[SLOT] = 0
     s[SLOT_STARTED_MS] = now
     s[NEXT_FRAME_MS] = now
-    # A frame is over within a second; a later time was set more than six days ago.
-    if elapsed_ms(s[QUIET_MS], now) > 1000:
-        s[QUIET_MS] = now
+    forget_frame(s, now)
     # A new image counts on, since followers would ignore its words with tags that look old.
     if is_tagged(image) and image[0] >> 16 & 255:
-        s[TAG] = next_tag(s[TAG], _slot_word(s, image))
-        _open_slot(s)
+        open_next_slot(s, image)
     else:
         s[TAG] = 0
 
 
+def forget_frame(s: list[int], now: int) -> None:
+    """Forget the last frame of a car: it is over within a second, so a later end was set more than six days ago."""
+    if elapsed_ms(s[QUIET_MS], now) > 1000:
+        s[QUIET_MS] = now
+
+
 def is_tagged(image: ImageWords) -> uint8:
     """Return 1 where the follower words of ``image`` travel with a tag, else 0."""
-    return 1 if image[0] & 255 == TAGGED else 0
+    return 1 if image[0] & TAGGED else 0
 
 
 def leader_sends(s: list[int], image: ImageWords, air_is_busy: uint8, now: int, levels: tuple[int, ...]) -> uint8:
@@ -134,10 +136,11 @@ def leader_sends(s: list[int], image: ImageWords, air_is_busy: uint8, now: int, 
     if follower_words == 0:
         return 0
     if is_tagged(image):
-        return _sends_tagged(s, image, air_is_busy, now, levels)
+        enter_slot(s, image, follower_words, now, levels)
+        return sends_in_slot(s, image, air_is_busy, now, levels)
     if reached(now, s[NEXT_FRAME_MS]) == 0 or reached(now, s[QUIET_MS]) == 0:
         return 0
-    _enter_slot(s, image, now, levels)
+    enter_slot(s, image, follower_words, now, levels)
     s[QUIET_MS] = later_ms(now, frame_ms(leader_frame(s, image), levels) + levels[GAP_MS])
     if s[RELAYED] == 0:
         s[NEXT_FRAME_MS] = s[QUIET_MS]
@@ -166,36 +169,34 @@ def follower_frame(s: list[int]) -> int:
     return to_frame(s[WORD])
 
 
-def _enter_slot(s: list[int], image: ImageWords, now: int, levels: tuple[int, ...]) -> uint8:
-    """Go on to the slot that ``now`` is in. Return 1 where it is a new one, else 0."""
+def enter_slot(s: list[int], image: ImageWords, count: uint8, now: int, levels: tuple[int, ...]) -> None:
+    """Go on to the slot that ``now`` is in, where the first ``count`` follower words are sent in turn."""
     dwell = dwell_ms(image, levels)
-    is_new = 0
     while elapsed_ms(now, s[SLOT_STARTED_MS]) >= dwell:
         s[SLOT_STARTED_MS] = later_ms(s[SLOT_STARTED_MS], dwell)
-        s[SLOT] = (s[SLOT] + 1) % (image[0] >> 16 & 255)
+        s[SLOT] = s[SLOT] + 1
+        if s[SLOT] == count:
+            s[SLOT] = 0
         if s[TAG]:
-            s[TAG] = next_tag(s[TAG], _slot_word(s, image))
-        is_new = 1
-    return is_new
+            open_next_slot(s, image)
 
 
-def _open_slot(s: list[int]) -> None:
-    """Make the first frame of a slot due."""
+def open_next_slot(s: list[int], image: ImageWords) -> None:
+    """Give the tagged word of the slot, which has begun, the next tag, and make its first frame due."""
+    s[TAG] = next_tag(s[TAG], _slot_word(s, image))
     s[SENT] = 0
     s[INTERVAL] = 0
     s[RELAY] = SCHEDULED
     s[RELAY_MS] = s[SLOT_STARTED_MS]
 
 
-def _sends_tagged(s: list[int], image: ImageWords, air_is_busy: uint8, now: int, levels: tuple[int, ...]) -> uint8:
-    """Return 1 where a leader of tagged words begins a frame now, else 0.
+def sends_in_slot(s: list[int], image: ImageWords, air_is_busy: uint8, now: int, levels: tuple[int, ...]) -> uint8:
+    """Return 1 where a leader of tagged words begins a frame of its present slot now, else 0.
 
     It sends a new word at once and twice more within OPENING_MS. Then it repeats the word as a follower does, but
     counts no frames of others, because a leader receives none. Where the air is busy it sends as soon as the air is
     free. So it comes before the followers, which wait for a random time.
     """
-    if _enter_slot(s, image, now, levels):
-        _open_slot(s)
     if reached(now, s[QUIET_MS]) == 0:
         return 0
     if _is_time_to_send(s, now, levels) == 0:
@@ -291,9 +292,7 @@ def _hears_tagged(s: list[int], frame: int, now: int, levels: tuple[int, ...]) -
 def _replace(s: list[int], word: int, now: int, levels: tuple[int, ...]) -> None:
     """Let a follower begin ``word``, whatever it ran before."""
     if s[RUNNING]:
-        running_ms = elapsed_ms(now, s[STARTED_MS])
-        if running_ms > 0:
-            draw_headings(s, running_ms - 1, levels)
+        break_off(s, now, levels)
     s[HOLDS] = 1
     begin_word(s, word, now)
 

@@ -10,7 +10,7 @@ if MYPY:
 
 from array import array
 
-from motorcade.car import brain, frames, next_wakeup, step
+from motorcade.car import brain, decisions, frames, next_wakeup, step
 from motorcade.car.board import Board
 from motorcade.car.senses import Senses
 from motorcade.words.packing import WORD_BYTES, bytes_to_words
@@ -79,6 +79,7 @@ class Car:
         self.board = board
         self.leads, self.levels = board.is_leader, board.levels
         self.memory = [0] * brain.SIZE
+        self.decisions = bytearray(decisions.SIZE if self.leads else 0)
         self.image: Sequence[int] = (0,)
         self._serial = CarEnd(board.most_words, board.words_a_tick)
         # The bytes of the stored image, so that no tick has to read the store, and answers that aren't sent yet.
@@ -88,6 +89,8 @@ class Car:
         self._has_worked = False
         # The words of a new image that doesn't run yet: as many as were taken so far. None where no image is new.
         self._words: array[int] | None = None
+        # What is found out about them meanwhile, for `motorcade.car.decisions`.
+        self._surveyed = bytearray(0)
         # A new image that isn't stored yet, when it came, and since when the air has been free.
         self._unstored: CarEvent | None = None
         self._came_ms = self._free_since_ms = 0
@@ -138,12 +141,15 @@ class Car:
     def _rest_ms(self, now: int) -> int:
         """Return for how many ms the brain need not run, unless a frame, a voice or a new image comes."""
         s, levels = self.memory, self.levels
-        if brain.watches(s, now, levels):
+        decides = self.leads and decisions.decides(self.decisions)
+        if brain.watches(s, now, levels) or (decides and decisions.watches(s, self.decisions)):
             return _WATCH_MS if self._is_slow else 0
         rest_ms = next_wakeup.word_rest_ms(s, now, levels)
         if rest_ms > 1:
             # When the air will be free isn't known: a car that waits for that asks in every tick.
-            if self.leads:
+            if self.leads and self.decisions[decisions.TELLS]:
+                sends_ms = next_wakeup.tells_rest_ms(s, self.decisions, self.image, 0, now, levels)
+            elif self.leads:
                 sends_ms = next_wakeup.frames_rest_ms(s, self.image, 0, now, levels)
             else:
                 sends_ms = next_wakeup.relay_rest_ms(s, 0, now)
@@ -328,23 +334,30 @@ class Car:
         """Begin the stored image; on a slow chip, begin to take its words. A follower uses none of them."""
         if not self.leads:
             return
+        # The image that runs needs its own until then.
+        self._surveyed = bytearray(decisions.SIZE)
         if self._is_slow:
             # Words in an array are no objects: collecting garbage takes less time.
             self._words = array("I")
         else:
-            self._begin(bytes_to_words(self._stored), now)
+            words = bytes_to_words(self._stored)
+            decisions.survey(self._surveyed, words, 0, len(words), self.levels)
+            self._begin(words, now)
 
     def _take_more_words(self, words: "array[int]", now: int) -> None:
         """Take some of a new image's words, or begin it: each takes a slow chip some milliseconds."""
         at = len(words) * WORD_BYTES
         if at < len(self._stored):
+            seen = len(words)
             words.extend(array("I", bytes_to_words(self._stored[at : at + _WORDS_A_TICK * WORD_BYTES])))
+            decisions.survey(self._surveyed, words, seen, len(words), self.levels)
         else:
             self._words = None
             self._begin(words, now)
 
     def _begin(self, words: "Sequence[int]", now: int) -> None:
         self.image = words
+        self.decisions = self._surveyed
         self._wake_ms = now
         if not self._is_stopped:
             step.begin_program(self, now)

@@ -4,7 +4,7 @@ Portable. The simulator compiles this file and runs a car's brain only when some
 every tick. The arguments are those of `motorcade.car.brain`.
 """
 
-from motorcade.car import brain, frames
+from motorcade.car import brain, decisions, frames
 from motorcade.words.positions import FORWARD_AT, MOTOR_DIRECTION_AT
 from motorcade.words.ticks import elapsed_ms, later_ms, reached
 
@@ -18,19 +18,38 @@ def frames_rest_ms(s: list[int], image: brain.ImageWords, free_ms: int, now: int
         return NEVER_MS
     if frames.is_tagged(image):
         slot_ms = frames.dwell_ms(image, levels) - elapsed_ms(now, s[brain.SLOT_STARTED_MS])
-        rest = 0
-        if reached(now, s[brain.QUIET_MS]) == 0:
-            rest = elapsed_ms(s[brain.QUIET_MS], now)
-        sending = _sending_rest_ms(s, free_ms, now)
-        if sending > rest:
-            rest = sending
-        if slot_ms < rest:
-            return slot_ms
-        return rest
+        return _in_slot_rest_ms(s, slot_ms, free_ms, now)
     due = s[brain.NEXT_FRAME_MS]
     if reached(due, s[brain.QUIET_MS]) == 0:
         due = s[brain.QUIET_MS]
     return elapsed_ms(due, now)
+
+
+def tells_rest_ms(
+    s: list[int], d: bytearray, image: brain.ImageWords, free_ms: int, now: int, levels: tuple[int, ...]
+) -> int:
+    """For how many ms after now a leader that tells begins no frame, as `frames_rest_ms` has it for others."""
+    slot_ms = NEVER_MS
+    if d[decisions.WAITS]:
+        slot_ms = decisions.least_slot_ms(levels) - elapsed_ms(now, s[brain.SLOT_STARTED_MS])
+    elif d[decisions.TURNS]:
+        slot_ms = frames.dwell_ms(image, levels) - elapsed_ms(now, s[brain.SLOT_STARTED_MS])
+    if d[decisions.IS_TELLING]:
+        return _in_slot_rest_ms(s, slot_ms, free_ms, now)
+    return slot_ms
+
+
+def _in_slot_rest_ms(s: list[int], slot_ms: int, free_ms: int, now: int) -> int:
+    """For how many ms after now a leader of tagged words begins no frame; its slot is over in ``slot_ms``."""
+    rest = 0
+    if reached(now, s[brain.QUIET_MS]) == 0:
+        rest = elapsed_ms(s[brain.QUIET_MS], now)
+    sending = _sending_rest_ms(s, free_ms, now)
+    if sending > rest:
+        rest = sending
+    if slot_ms < rest:
+        return slot_ms
+    return rest
 
 
 def relay_rest_ms(s: list[int], free_ms: int, now: int) -> int:

@@ -4,7 +4,7 @@ Portable. The loop of a real car runs this file on CPython and MicroPython, the 
 and it is translated to C, so all do the same in the same order. Each passes its own ``car``: see Turn.
 """
 
-from motorcade.car import brain, frames
+from motorcade.car import brain, decisions, frames
 from motorcade.words import uint8
 from motorcade.words.ticks import later_ms
 
@@ -28,6 +28,10 @@ if MYPY:
         @property
         def memory(self) -> list[int]:
             """The argument ``s`` of `motorcade.car.brain`."""
+
+        @property
+        def decisions(self) -> bytearray:
+            """The argument ``d`` of `motorcade.car.decisions`; a follower needs none."""
 
         @property
         def image(self) -> brain.ImageWords:
@@ -80,10 +84,16 @@ OVER = 2
 
 
 def begin_program(car: "Turn", now: int) -> None:
-    """Let a leader begin its image."""
-    frames.leader_begin(car.memory, car.image, now)
-    if brain.leader_start(car.memory, car.image, now):
-        car.note(STATE, now, car.memory[brain.WORD], 0)
+    """Let a leader begin its image, which `motorcade.car.decisions.survey` has seen."""
+    s = car.memory
+    if decisions.decides(car.decisions):
+        decisions.begin(s, car.decisions, now)
+        if car.decisions[decisions.TELLS] == 0:
+            frames.leader_begin(s, car.image, now)
+    else:
+        frames.leader_begin(s, car.image, now)
+        if brain.leader_start(s, car.image, now):
+            car.note(STATE, now, s[brain.WORD], 0)
 
 
 def step(car: "Turn", now: int) -> None:
@@ -100,6 +110,18 @@ def act(car: "Turn", now: int) -> "Done":
     """
     s = car.memory
     levels = car.levels
+    if car.leads and decisions.decides(car.decisions):
+        senses = _decide(car, now)
+    else:
+        senses = _go_on(car, now)
+    wheels = brain.wheels(s, senses, now, levels)
+    return car.set_outputs(wheels, senses)
+
+
+def _go_on(car: "Turn", now: int) -> "Senses":
+    """Go on with the program or the word, and take what was received; return what is sensed then."""
+    s = car.memory
+    levels = car.levels
     if car.leads:
         while brain.leader_step(s, car.image, now, levels):
             car.note(STATE, s[brain.STARTED_MS], s[brain.WORD], s[brain.STATE])
@@ -108,9 +130,25 @@ def act(car: "Turn", now: int) -> "Done":
     voice = car.heard_voice()
     if voice != brain.NO_VOICE:
         brain.hear_voice(s, voice)
-    senses = car.sense(brain.looks_mm(s, now, levels))
-    wheels = brain.wheels(s, senses, now, levels)
-    return car.set_outputs(wheels, senses)
+    return car.sense(brain.looks_mm(s, now, levels))
+
+
+def _decide(car: "Turn", now: int) -> "Senses":
+    """Sense first, and go on with the words of a leader that decides by that; return what was sensed."""
+    s = car.memory
+    d = car.decisions
+    levels = car.levels
+    voice = car.heard_voice()
+    if voice != brain.NO_VOICE:
+        brain.hear_voice(s, voice)
+        decisions.hear_voice(d, voice)
+    senses = car.sense(decisions.looks_mm(d, levels))
+    if d[decisions.TELLS]:
+        decisions.change_slot(s, d, car.image, now, levels)
+    decisions.begin_tick(s, d, senses, now, levels)
+    while decisions.next_state(s, d, car.image, senses, now, levels):
+        car.note(STATE, s[brain.STARTED_MS], s[brain.WORD], s[brain.STATE])
+    return senses
 
 
 def _follow(car: "Turn", now: int) -> None:
@@ -130,7 +168,7 @@ def send(car: "Turn", now: int) -> uint8:
     """Begin the frame that is due, if one is; call it after ``act``. Return 1 where a frame was begun, else 0."""
     s = car.memory
     if car.leads:
-        if frames.leader_sends(s, car.image, car.air_is_busy(), now, car.levels) == 0:
+        if _leader_sends(car, now) == 0:
             return 0
         car.send_frame(frames.leader_frame(s, car.image))
     else:
@@ -138,3 +176,9 @@ def send(car: "Turn", now: int) -> uint8:
             return 0
         car.send_frame(frames.follower_frame(s))
     return 1
+
+
+def _leader_sends(car: "Turn", now: int) -> uint8:
+    if car.decisions[decisions.TELLS]:
+        return decisions.sends(car.memory, car.decisions, car.image, car.air_is_busy(), now, car.levels)
+    return frames.leader_sends(car.memory, car.image, car.air_is_busy(), now, car.levels)

@@ -6,7 +6,7 @@ from motorcade.car.senses import NOTHING
 from motorcade.engine import bodies, clearance, floor
 from motorcade.engine.backend import in_kernel
 from motorcade.engine.state import DRIVEN, Arrays, Ints, Now, Words
-from motorcade.words.ticks import TICKS_MASK, elapsed_ms
+from motorcade.words.ticks import TICKS_MASK
 
 # No control word: a car that gets it keeps its own.
 KEEP = 1
@@ -40,8 +40,8 @@ def begin_words(tick: int, worlds: int, words: Words, arrays: Arrays) -> None:
         if word == KEEP or cars.program[i] > 0:
             continue
         s = cars.memory[:, i]
-        if s[brain.RUNNING] and elapsed_ms(now, s[brain.STARTED_MS]) > 0:
-            brain.draw_headings(s, elapsed_ms(now, s[brain.STARTED_MS]) - 1, rules.levels)
+        if s[brain.RUNNING]:
+            brain.break_off(s, now, rules.levels)
         if s[brain.TAG] or s[brain.HOLDS] == 0:
             s[brain.TAG], s[brain.RELAY] = 0, frames.BUSY
         s[brain.HOLDS] = 1

@@ -13,16 +13,19 @@ cars keep their wheels and their displacement.
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-from motorcade.car import brain, frames, next_wakeup, step
+from motorcade.car import brain, decisions, frames, next_wakeup, step
 from motorcade.engine import agents, bicycle, bodies, cells, channel, clearance, events, floor, geometry, showing
 from motorcade.engine.backend import in_kernel, methods_in_kernel
 from motorcade.engine.judging import judge
 from motorcade.engine.state import DRIVEN, MOST_PARTS, NOBODY, Arrays, ForBrain, Ints, Now, Words
-from motorcade.words.positions import AVOID_ENABLE_AT, FLOOR_AT, PIR_AT
+from motorcade.words.flow import FLOOR, OBSTACLE, PERSON
+from motorcade.words.positions import AVOID_ENABLE_AT, FLOOR_AT, PIR_AT, UNTIL_AT, UNTIL_LEVEL_AT
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
 
 ALL, RESTORED = -1, -2
-_SENSES = 1 << PIR_AT | 1 << FLOOR_AT | 1 << AVOID_ENABLE_AT
+_NEVER = next_wakeup.NEVER_MS
+# The bits of a word that reacts to something that is sensed; those of a condition are 0 in other words than states.
+_SENSES = 1 << PIR_AT | 1 << FLOOR_AT | 1 << AVOID_ENABLE_AT | 15 << UNTIL_AT
 
 
 class Sensed(NamedTuple):
@@ -30,7 +33,7 @@ class Sensed(NamedTuple):
 
     Attributes:
         looked: whether it looked around.
-        away: for how many ms none of this can change, but for the floor.
+        obstacle_ms, person_ms: for how many ms the one and the other can't change.
         push_x, push_y: how other cars and obstacles push it, in µm.
         floor_um, floor_ahead_um: how far its floor sensors can move before they see something else; see
             `motorcade.engine.floor`.
@@ -40,7 +43,8 @@ class Sensed(NamedTuple):
     person: int
     dark_floor: int
     looked: bool
-    away: int
+    obstacle_ms: int
+    person_ms: int
     push_x: float
     push_y: float
     floor_um: float
@@ -53,6 +57,7 @@ class CarTurn(NamedTuple):
 
     leads: bool
     memory: ForBrain
+    decisions: ForBrain
     image: ForBrain
     levels: ForBrain
     i: int
@@ -98,22 +103,28 @@ class CarTurn(NamedTuple):
         return channel.voice_at(self.i, self.arrays, self.now)
 
     def sense(self, looks_mm: int) -> Sensed:
-        """Look around where the ultrasonic sensor is on, and for people and at the floor where the word asks for it."""
+        """Look around where the ultrasonic sensor is on, and for people and at the floor where the word asks for it.
+
+        A leader that decides may ask for them in words that this tick still brings.
+        """
         s, rules, people = self.memory, self.arrays.rules, self.arrays.people
-        away, distance, push_x, push_y = next_wakeup.NEVER_MS, geometry.FAR_UM, 0.0, 0.0
+        obstacle_ms, person_ms, distance, push_x, push_y = _NEVER, _NEVER, geometry.FAR_UM, 0.0, 0.0
+        asked = s[brain.WORD] if s[brain.RUNNING] else 0
+        if self.leads and decisions.decides(self.decisions):
+            asked = _SENSES
         if looks_mm > 0:
             look = float(looks_mm) * 1000.0
             ticks, distance, push_x, push_y = clearance.look_around(self.i, look, self.arrays, self.now)
-            away = ticks * rules.tick_ms
+            obstacle_ms = ticks * rules.tick_ms
         person, dark, any_um, ahead_um = 0, 0, geometry.FAR_UM, geometry.FAR_UM
-        if people.now_x.shape[1] and s[brain.RUNNING] and s[brain.WORD] >> PIR_AT & 1:
+        if people.now_x.shape[1] and asked >> PIR_AT & 1:
             person, outside = bodies.person_near(self.i, self.now.part, self.now.ms, self.arrays.cars, people, rules)
             ticks = clearance.whole_ticks((outside - bodies.ROUNDED_UM) / (rules.person_step + rules.fastest))
-            away = min(away, ticks * rules.tick_ms)
-        if self.arrays.floor.shape[0] and s[brain.RUNNING] and s[brain.WORD] >> FLOOR_AT & 1:
+            person_ms = ticks * rules.tick_ms
+        if self.arrays.floor.shape[0] and asked >> FLOOR_AT & 1:
             dark, any_um, ahead_um = floor.look_down(self.i, self.arrays.cars, self.arrays.floor, rules)
         seen_mm = bodies.obstacle_mm(distance, rules)
-        return Sensed(seen_mm, person, dark, looks_mm > 0, away, push_x, push_y, any_um, ahead_um)
+        return Sensed(seen_mm, person, dark, looks_mm > 0, obstacle_ms, person_ms, push_x, push_y, any_um, ahead_um)
 
     def set_outputs(self, wheels: int, senses: Sensed) -> tuple[bool, int]:
         """Set the wheels; return whether the car looked around, and for how many ms it needs no turn.
@@ -121,26 +132,65 @@ class CarTurn(NamedTuple):
         The LED follows from the memory (`motorcade.car.brain.lit_led`), so nothing has to be set.
         """
         i, cars, rules = self.i, self.arrays.cars, self.arrays.rules
-        looked, away = senses.looked, senses.away
+        looked, away = senses.looked, min(senses.obstacle_ms, senses.person_ms)
+        minds, floor_um = looked, senses.floor_um
+        decides = self.leads and decisions.decides(self.decisions)
+        if decides:
+            away, floor_um = self.unchanged_ms(senses)
+            minds = looked and away < next_wakeup.NEVER_MS
         if wheels != cars.wheels[i] and cars.wheels[i] != DRIVEN:
             stood = bodies.stands(i, cars, rules)
             bodies.set_displacement(i, wheels, cars, rules)
             if stood and not bodies.stands(i, cars, rules):
                 clearance.wake_near(i, self.arrays, self.now)
             cars.clear[i] = clearance.for_any_displacement(cars.clear[i], self.now.tick)
-            if looked:
+            if minds:
                 # That time was computed for the displacement that the car had.
                 away = 0
-        elif looked and (bodies.turns(wheels) or rules.wheel_noise > 0.0):
+        elif minds and (bodies.turns(wheels) or rules.wheel_noise > 0.0):
             away = 0
         if looked:
             clearance.push(i, senses.push_x, senses.push_y, self.arrays, self.now)
-        if senses.floor_um < geometry.FAR_UM:
-            ticks = floor.ticks_unchanged(cars.wheels[i], senses.floor_um, senses.floor_ahead_um, rules)
+        if floor_um < geometry.FAR_UM:
+            ticks = floor.ticks_unchanged(cars.wheels[i], floor_um, senses.floor_ahead_um, rules)
             away = min(away, ticks * rules.tick_ms)
         if senses.push_x != 0.0 or senses.push_y != 0.0:
             away = 0
+        if decides and self.goes_on_next_tick(senses):
+            away = 0
         return looked, min(away, next_wakeup.word_rest_ms(self.memory, self.now.ms, self.levels))
+
+    def unchanged_ms(self, senses: Sensed) -> tuple[int, float]:
+        """For how many ms nothing that the running state asks for can change, but for the floor; and its floor_um.
+
+        A leader that decides has looked as far as any word of its image asks for, which may be farther than the state.
+        """
+        s, away, floor_um = self.memory, next_wakeup.NEVER_MS, geometry.FAR_UM
+        word, until, look_mm = s[brain.WORD], decisions.running_until(s), brain.looks_mm(s, self.now.ms, self.levels)
+        if until == OBSTACLE:
+            look_mm = max(look_mm, self.levels[brain.AVOID_RADII_MM + (word >> UNTIL_LEVEL_AT & 3)])
+        if look_mm > 0:
+            away = senses.obstacle_ms
+            if look_mm < decisions.looks_mm(self.decisions, self.levels):
+                ticks, _, _, _ = clearance.look_around(self.i, float(look_mm) * 1000.0, self.arrays, self.now)
+                away = ticks * self.arrays.rules.tick_ms
+        if until == PERSON or word >> PIR_AT & 1:
+            away = min(away, senses.person_ms)
+        if until == FLOOR or word >> FLOOR_AT & 1:
+            floor_um = senses.floor_um
+        return away, floor_um
+
+    def goes_on_next_tick(self, senses: Sensed) -> bool:
+        """Whether a leader that decides executes words in its next tick: no state runs, or its condition ends it.
+
+        Where the car may turn, or somebody drives it, what a state waits for may be sensed at any time.
+        """
+        s, wheels = self.memory, self.arrays.cars.wheels[self.i]
+        # What is sensed has the fields of Senses, and others.
+        if s[brain.RUNNING] == 0 or decisions.ends_early(s, self.decisions, senses, self.levels):  # type: ignore[arg-type]
+            return True
+        until = decisions.running_until(s)
+        return wheels == DRIVEN and until in (OBSTACLE, PERSON, FLOOR)
 
     def air_is_busy(self) -> int:
         """1 while frames are on the air around the car."""
@@ -158,16 +208,26 @@ def _turn_of(i: int, arrays: Arrays, now: Now) -> CarTurn:
     cars, rules = arrays.cars, arrays.rules
     leads = cars.program[i] > 0
     image = rules.images[int(cars.program[i]) - 1 if leads else 0]
-    return CarTurn(leads, cars.memory[:, i], image, rules.levels, i, arrays, now)
+    remembered = arrays.decisions[int(cars.heard_at[i]) if leads else 0]
+    return CarTurn(leads, cars.memory[:, i], remembered, image, rules.levels, i, arrays, now)
 
 
 @in_kernel
 def _switch_on(begin: int, end: int, arrays: Arrays, now: Now) -> None:
-    """Switch on the cars between two indices, in their first tick."""
+    """Switch on the cars of a world, between two indices, in their first tick."""
+    cars, levels, leaders = arrays.cars, arrays.rules.levels, 0
     for i in range(begin, end):
+        leaders += cars.program[i] > 0
+    # Each world has as many leaders.
+    row = now.world * leaders
+    for i in range(begin, end):
+        if cars.program[i] > 0:
+            cars.heard_at[i] = row
+            row += 1
         car = _turn_of(i, arrays, now)
-        brain.switch_on(car.memory, (now.seed * 1_000_003 + int(arrays.cars.number[i])) & 0xFFFFFFFF, now.ms)
+        brain.switch_on(car.memory, (now.seed * 1_000_003 + int(cars.number[i])) & 0xFFFFFFFF, now.ms)
         if car.leads:
+            decisions.survey(car.decisions, car.image, 0, 1 + int(car.image[0] >> 24), levels)
             step.begin_program(car, now.ms)
 
 
@@ -242,7 +302,9 @@ def _set_due(car: CarTurn, wait: int) -> None:
     """Set when the car's next turn is due: in ``wait`` ms at the latest."""
     s, i, cars, now = car.memory, car.i, car.arrays.cars, car.now.ms
     free_ms = channel.free_in_ms(i, now, cars)
-    if car.leads:
+    if car.leads and car.decisions[decisions.TELLS]:
+        wait = min(wait, next_wakeup.tells_rest_ms(s, car.decisions, car.image, free_ms, now, car.levels))
+    elif car.leads:
         wait = min(wait, next_wakeup.frames_rest_ms(s, car.image, free_ms, now, car.levels))
     else:
         wait = min(wait, next_wakeup.relay_rest_ms(s, free_ms, now))

@@ -11,6 +11,7 @@ from itertools import accumulate, chain
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from motorcade.car.brain import AVOID_RADII_MM, LEFT, RIGHT, SIZE, VOICE_GO, VOICE_STOP
+from motorcade.car.decisions import SIZE as DECISIONS
 from motorcade.config.profile import Profile, levels_of
 from motorcade.engine.backend import Backend, allocate_all
 from motorcade.engine.bodies import LOOK_BEYOND_UM, person_at
@@ -173,6 +174,12 @@ def put_in_place(cars: CarArrays, standing: Standing, worlds: int, memory: "Back
     memory.write(cars.heard_from, nobody * int(cars.heard_from.shape[0]))
     for name, buffer in standing._asdict().items():
         memory.write(getattr(cars, name), buffer.items.tobytes() * worlds)
+
+
+def decisions_of(worlds: int, standing: Standing, memory: "Backend") -> Any:
+    """Allocate what the leaders of the worlds remember of their decisions, and a row that nobody uses."""
+    leaders = sum(program > 0 for program in standing.program.items)
+    return memory.zeros("decisions", (max(worlds * leaders, 1), DECISIONS), "uint8")
 
 
 def cells_of(worlds: int, per_world: int, memory: "Backend") -> Cells:

@@ -16,7 +16,7 @@ from motorcade.config.arguments import to_whole
 from motorcade.engine import events, layout
 from motorcade.engine.backend import Backend, BackendArray
 from motorcade.engine.slices import Slices
-from motorcade.engine.state import Arrays, CarArrays, Cells, Counters, Driven, Rules
+from motorcade.engine.state import Arrays, CarArrays, Cells, Counters, Decisions, Driven, Rules
 from motorcade.errors import MotorcadeError
 from motorcade.words.ticks import TICKS_MASK
 
@@ -62,6 +62,7 @@ class Running:
     _parts: int
     _cells: Cells
     _driven: Driven
+    _decisions: Decisions
     _rules: Rules
     _counters: Counters
     _seeds: BackendArray
@@ -206,7 +207,8 @@ class Running:
     def _changing(self) -> list[BackendArray]:
         """The arrays that a run changes."""
         cars = self.state
-        return [cars.rows, cars.push, cars.wheels, cars.program, *self._cells, self._driven, self._counters.counts]
+        of_cars = cars.rows, cars.push, cars.wheels, cars.program, self._decisions
+        return [*of_cars, *self._cells, self._driven, self._counters.counts]
 
     def _contents(self) -> list[tuple[BackendArray, Any]]:
         """The arrays that a run changes, and their contents now."""

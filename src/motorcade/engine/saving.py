@@ -20,8 +20,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from motorcade.car import brain
-from motorcade.config.profile import Profile, profile_from_dict
+from motorcade.car import brain, decisions
+from motorcade.config.profile import Profile, levels_of, profile_from_dict
 from motorcade.engine import bicycle, events
 from motorcade.engine.backend import BackendName
 from motorcade.engine.bodies import DISPLACEMENT_BITS
@@ -34,7 +34,7 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats.document import MOST_HEADING, document_of, mat_without_cars
 from motorcade.mats.model import Mat, Starts, flags, floats
 from motorcade.mats.schema import FARTHEST_M
-from motorcade.words.image import parse_image_bytes
+from motorcade.words.image import Image, image_words, parse_image_bytes
 from motorcade.words.ticks import TICKS_MASK
 
 MAGIC = b"motorcade-world/1\n"
@@ -90,6 +90,7 @@ class SavableSimulation(Simulation):
         columns: list[Any] = [starts.x_m, starts.y_m, starts.heading, starts.leads, np.array(self.seeds, "<i8")]
         columns += [self._counts_of_worlds(), np.array(list(map(len, untaken)), "<i8"), rows.astype("<u4")]
         columns += [np.asarray(column)[by_number] for column in (self.state.wheels, self.state.program)]
+        columns.append(np.asarray(self._decisions))
         columns += [rows.astype("<u4") for rows in untaken]
         driven = [
             (column[bicycle.WORLD], column[bicycle.NUMBER], *column[bicycle.AHEAD : bicycle.TURNED])
@@ -177,6 +178,7 @@ class SavableSimulation(Simulation):
         lengths = columns.take("<i8", self.worlds)
         rows = columns.take("<u4", _ROWS * cars).reshape(_ROWS, cars).copy()
         wheels, program = columns.take("u1", cars), columns.take("u1", cars)
+        remembered = columns.take("u1", self._decisions.size).reshape(self._decisions.shape)
         _require(bool((lengths >= 0).all()))
         untaken = [columns.take("<u4", int(length) * events.COLUMNS) for length in lengths]
         columns.end()
@@ -186,7 +188,8 @@ class SavableSimulation(Simulation):
         _require(bool((wheels < 16).all() and (program <= len(self.images)).all()))
         for kept in untaken:
             self._check_rows(kept.reshape(-1, events.COLUMNS), header.events)
-        self._check_memory(rows, program, header.tick)
+        self._check_memory(rows, remembered, program, header.tick)
+        self.backend.write(self._decisions, remembered.tobytes())
         self._put(rows, wheels, program, counts, header)
         self._taken = [(None, kept.tobytes()) if len(kept) else None for kept in untaken]
 
@@ -224,8 +227,12 @@ class SavableSimulation(Simulation):
         limits = {events.CAR: self.cars, events.KIND: len(events.KINDS), events.WHY: len(events.LOSS_REASONS)}
         _require(all(bool((rows[:, column] < most).all()) for column, most in limits.items()))
 
-    def _check_memory(self, rows: NDArray[np.uint32], program: NDArray[np.uint8], tick: int) -> None:
-        """Check the cars' places, displacements and memories."""
+    def _check_memory(
+        self, rows: NDArray[np.uint32], remembered: NDArray[np.uint8], program: NDArray[np.uint8], tick: int
+    ) -> None:
+        """Check the cars' places, displacements and memories, and put the leaders' rows of Decisions into theirs."""
+        leads = program > 0
+        _require(np.count_nonzero(leads) == self.worlds * sum(self.mat.starts.leads))
         places = rows[[_ROW["x"], _ROW["y"]]].view(np.int32).astype(np.int64)
         # In its last tick a car may come a little farther.
         fastest_um = int(self._rules.fastest) + 2
@@ -237,17 +244,36 @@ class SavableSimulation(Simulation):
         if tick == 0:
             # They are switched on in their first tick.
             return
+        rows[_ROW["heard_at"], leads] = np.arange(np.count_nonzero(leads))
         infrared, now_ms = self.profile.infrared, tick * self.tick_ms
         interval = rows[brain.INTERVAL]
         _require(bool(((interval == 0) | (interval > 1) & (interval <= infrared.last_interval_ms)).all()))
         for number, image in enumerate(map(parse_image_bytes, self.images)):
             memory = rows[: brain.SIZE, program == number + 1].astype(np.int64)
+            own = remembered[program[leads] == number + 1].T
             states, slots = len(image.leader), len(image.followers)
             _require(bool((memory[brain.STATE] < max(states, 1)).all() and (memory[brain.SLOT] < max(slots, 1)).all()))
-            times = [brain.STARTED_MS] if states else []
-            times += [brain.SLOT_STARTED_MS, brain.NEXT_FRAME_MS] if slots else []
-            behind_ms = (now_ms - memory[times]) & TICKS_MASK
-            _require(bool(((behind_ms <= _MOST_BEHIND_MS) | (behind_ms >= TICKS_MASK - _MOST_BEHIND_MS)).all()))
+            self._check_decisions(own, image)
+            # A leader that decides may stand, or be silent, for any time.
+            runs = memory[brain.RUNNING] > 0 if image.decides else np.full(own.shape[1], states > 0)
+            sends = own[decisions.IS_TELLING] > 0 if own[decisions.TELLS].any() else np.full(own.shape[1], slots > 0)
+            turns = own[decisions.TURNS] > 0 if own[decisions.TELLS].any() else sends
+            caught_up = (brain.STARTED_MS, runs), (brain.SLOT_STARTED_MS, turns), (brain.NEXT_FRAME_MS, sends)
+            for place, counts in caught_up:
+                behind_ms = (now_ms - memory[place, counts]) & TICKS_MASK
+                _require(bool(((behind_ms <= _MOST_BEHIND_MS) | (behind_ms >= TICKS_MASK - _MOST_BEHIND_MS)).all()))
+
+    def _check_decisions(self, own: NDArray[np.uint8], image: Image) -> None:
+        """Check what the leaders with an image remember of their decisions; a column for each of them."""
+        words, expected = image_words(image), bytearray(decisions.SIZE)
+        decisions.survey(expected, words, 0, len(words), levels_of(self.profile))
+        for place in (decisions.WORDS, decisions.LOOKS, decisions.TELLS):
+            _require(bool((own[place] == expected[place]).all()))
+        states, slots = max(len(image.leader), 1), len(image.followers)
+        limits = {decisions.NEXT: states, decisions.CALLS: decisions.MOST_CALLS + 1, decisions.TOLD: max(slots, 1)}
+        limits |= {decisions.TURNS: slots + 1, decisions.TOLD_TURNS: slots + 1}
+        limits |= {decisions.RETURNS + call: states for call in range(decisions.MOST_CALLS)}
+        _require(all(bool((own[place] < limit).all()) for place, limit in limits.items()))
 
 
 def _mat_of(document: dict[str, Any]) -> Mat:

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.brain import SIZE
+from motorcade.car.decisions import COUNTS
 from motorcade.car.drive_limits import released_mm
 from motorcade.config.arguments import MOST_SEED, instance_of, not_allowed, to_list, to_number, to_whole
 from motorcade.config.profile import Profile, built_in_profile
@@ -26,6 +27,7 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats import Mat, Pose, Starts
 from motorcade.mats.document import MOST_HEADING, check_starts
 from motorcade.mats.schema import FARTHEST_M
+from motorcade.words.flow import COUNTERS
 from motorcade.words.image import parse_image_bytes
 
 COUNTED = {
@@ -96,6 +98,7 @@ class Simulation(Running):
         self._cells = layout.cells_of(self.worlds, self.cars, backend)
         self._around = layout.around_of(shares, self.cars, backend)
         self._standing = layout.standing_of(mat, len(self.images))
+        self._decisions = layout.decisions_of(self.worlds, self._standing, backend)
         self._farthest_um = layout.farthest_um(self._standing.x.items, self._standing.y.items)
         self._shown: Columns | None = None
         self._set_environment(mat, self.profile)
@@ -116,6 +119,7 @@ class Simulation(Running):
         self.seeds = tuple(to_whole("seeds", seed, 0, MOST_SEED) for seed in seeds)
         self._seeds = memory.allocate("seeds", Buffer.of("int64", self.seeds))
         layout.put_in_place(self.state, self._standing, self.worlds, memory)
+        memory.clear(self._decisions)
         self._keep_driven([])
         room = 64 * self.cars + 1024 if self._keeps_events else 0
         counts = memory.zeros("counts", (self._parts, events.COUNTS), "int64")
@@ -335,6 +339,15 @@ class Simulation(Running):
         fields = (self.state.memory[row, index : index + 1] for row in rows)
         return [int.from_bytes(self.backend.read(field), "little") for field in fields]
 
+    def counters_of(self, car: int) -> list[int]:
+        """Return the four counters of a leader that decides in world 0; zeros of another car."""
+        car, _ = self._checked_car(car, 0)
+        leads = self._standing.program.items[: car + 1]
+        if not leads[car]:
+            return [0] * COUNTERS
+        row = sum(program > 0 for program in leads) - 1
+        return list(self.backend.read(self._decisions[row])[COUNTS : COUNTS + COUNTERS])
+
     def totals(self, world: int = 0) -> dict[str, int]:
         """Count what has happened in a world since reset.
 
@@ -355,8 +368,8 @@ class Simulation(Running):
     def arrays(self) -> Arrays:
         """All that a kernel reads and writes."""
         mat = self._obstacles, self._people, self._voices
-        more = self._driven, self._floor, self._around
-        return Arrays(self.state, self._cells, *mat, *more, self._rules, self._counters)
+        of_cars = self.state, self._cells, *mat, self._driven
+        return Arrays(*of_cars, self._decisions, self._floor, self._around, self._rules, self._counters)
 
     def _checked_car(self, car: int, world: int) -> tuple[int, int]:
         return to_whole("car", car, 0, self.cars - 1), self._checked_world(world)

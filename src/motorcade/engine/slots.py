@@ -4,7 +4,7 @@ All leaders run the same image and were switched on at 0 ms, so their slots coin
 """
 
 from motorcade.config.profile import Profile
-from motorcade.words.image import Image
+from motorcade.words.image import Image, holds_a_tell
 from motorcade.words.infrared import TAGS, slot_tags
 
 
@@ -15,14 +15,16 @@ class Slots:
     counts for the newest slot with its tag.
 
     Attributes:
-        dwell_ms: how long a slot lasts; 0 where the image has no words for followers.
+        dwell_ms: how long a slot lasts; 0 where the image has no words for followers, and where the leader tells them
+            when it decides to.
         count: the slots that are over by the end of the run.
     """
 
     def __init__(self, image: Image, profile: Profile, duration_ms: int = 0) -> None:
         self._words = image.followers
         self._is_tagged = bool(image.tagged)
-        self.dwell_ms = profile.dwell_ms[image.dwell_level] if image.followers else 0
+        is_timed = bool(image.followers) and not holds_a_tell(image)
+        self.dwell_ms = profile.dwell_ms[image.dwell_level] if is_timed else 0
         self.count = duration_ms // self.dwell_ms if self.dwell_ms else 0
         # The tags of the first slots; of twice as many whenever more are asked for.
         self._tags: list[int] = []

@@ -88,7 +88,7 @@ class CarArrays(NamedTuple):
     due: Words  # when its next turn is due, ms
     clear: Words  # until which ticks nothing can come near enough to matter; see `motorcade.engine.clearance`
     heard: Words  # the frame that it is receiving; its own while it sends
-    heard_at: Words  # when that frame ends, ms
+    heard_at: Words  # when that frame ends, ms; of a leader, which receives none: its row of Decisions
     heard_from: Words  # the number of its sender; NOBODY: it receives none, or the frame is lost
     loudest: Words  # distance of the nearest sender since the air here was last free, µm
     air_until: Words  # until when frames of others are on the air here, ms
@@ -186,6 +186,11 @@ class Counters(NamedTuple):
     events: Words  # (parts, room, its COLUMNS)
 
 
+# What the leaders that decide remember besides (`motorcade.car.decisions`): uint8, a row for each leader
+# of each world.
+Decisions = ForBrain
+
+
 class Around(NamedTuple):
     """Scratch memory for lists of cars: those around a sender, or those that have something to do in a tick."""
 
@@ -204,6 +209,7 @@ class Arrays(NamedTuple):
     people: People
     voices: Voices
     driven: Driven
+    decisions: Decisions
     floor: Floor
     around: Around
     rules: Rules

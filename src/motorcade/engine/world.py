@@ -142,6 +142,7 @@ class World(SavableSimulation):
             *self._people,
             *self._voices,
             self._driven,
+            self._decisions,
             *self._counters,
         )
         return sum(np.asarray(array).nbytes for array in arrays)

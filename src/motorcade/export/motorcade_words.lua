@@ -142,6 +142,8 @@ local STREAMS = {
 
 local WORD_BYTES = 4
 local READBACK_REQUEST = 255
+-- The bit of a header's reserved field that says that the leader decides: then its words are states and flow words.
+local DECIDES = 2
 
 -- A check request announces the checksum of the next image: each word behind its header holds one byte.
 local CHECK_HEADER, CHECK_BYTES = 33751550, 24
@@ -413,6 +415,8 @@ local function image()
   local proto = Proto("motorcade_image", "Motorcade image")
   local header = declare("motorcade_image.header", FORMATS.header)
   local control = declare("motorcade_image.control", FORMATS.control)
+  local state = declare("motorcade_image.state", FORMATS.state)
+  local flow = declare("motorcade_image.flow", FORMATS.flow)
   local answer = ProtoField.string("motorcade_image.answer", "the car's answer")
   local check = {
     checksum = ProtoField.uint32("motorcade_image.check.checksum", "checksum of the next image", base.HEX),
@@ -429,6 +433,8 @@ local function image()
   add_all(list, request)
   add_all(list, header)
   add_all(list, control)
+  add_all(list, state)
+  add_all(list, flow)
   proto.fields = list
   proto.experts = { infos.refused, infos.warning }
   proto.prefs.user_link = Pref.uint("User link type of captured images", 0, "0 to 15, for DLT_USER0 to DLT_USER15")
@@ -507,7 +513,13 @@ local function image()
       local number = leads and position or position - values.leader_states
       local label = (leads and "leader " or "follower ") .. string.format("%d", number)
       local range = tvb:range(position * WORD_BYTES, WORD_BYTES)
-      show_word(range, tree, label, FORMATS.control, control, infos, options)
+      if not (leads and math.floor(values.reserved / DECIDES) % 2 == 1) then
+        show_word(range, tree, label, FORMATS.control, control, infos, options)
+      elseif range:uint() < 2 ^ 31 then
+        show_word(range, tree, label, FORMATS.state, state, infos, options)
+      else
+        show_word(range, tree, label, FORMATS.flow, flow, infos, options)
+      end
     end
     if here ~= expected or tvb:len() % WORD_BYTES ~= 0 then
       local fault_name = here < expected and "cut off" or "too long"

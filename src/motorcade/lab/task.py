@@ -15,6 +15,7 @@ from motorcade.engine.simulation import COUNTED
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.lab.plan import Batch, Task, code_hash, describe
 from motorcade.lab.spec import kind_of
+from motorcade.words.image import holds_a_tell, parse_image_bytes
 from motorcade.words.infrared import word_of
 from motorcade.words.packing import bytes_to_words
 
@@ -178,9 +179,12 @@ def _to_nearest(x_m: Numbers, y_m: Numbers, leaders_x_m: Numbers, leaders_y_m: N
 def last_word(image: bytes, profile: Profile, duration_ms: int, tick_ms: int) -> int | None:
     """The follower word in the last frame that a leader with ``image`` has completed by ``duration_ms``.
 
-    None where it has completed none. The brain itself computes the frames.
+    None where it has completed none, and where it depends on what the leader senses. The brain itself computes the
+    frames.
     """
     words, levels, memory = bytes_to_words(image), levels_of(profile), [0] * brain.SIZE
+    if holds_a_tell(parse_image_bytes(image)):
+        return None
     brain.switch_on(memory, 0, 0)
     frames.leader_begin(memory, words, 0)
     now_ms, last = 0, None

@@ -19,7 +19,12 @@ from motorcade.program.parts import (
     step_in,
     to_seconds,
 )
-from motorcade.program.steps import AccompanyingStep, Step, TogetherStep, WaitStep
+from motorcade.program.steps import (
+    AccompanyingStep,
+    Step,
+    TogetherStep,
+    WaitStep,
+)
 from motorcade.program.structure import Structure
 from motorcade.words.flow import IN_TURN, TELL
 from motorcade.words.formats import CONTROL, FLOW, STATE

@@ -2,11 +2,19 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from keyword import kwlist
 from typing import Any, ClassVar
 
 from motorcade.config.check import choice, whole
 from motorcade.program.conditions import COUNT, NAME, Condition
-from motorcade.program.steps import KINDS, SIMPLE_KINDS, RepeatStep, Step, TogetherStep, as_steps
+from motorcade.program.steps import (
+    KINDS,
+    SIMPLE_KINDS,
+    RepeatStep,
+    Step,
+    TogetherStep,
+    as_steps,
+)
 from motorcade.words.flow import CONDITIONS, OPS
 
 
@@ -93,6 +101,17 @@ class FlowStep(Step):
     value: int = _raw(255)
 
 
+# What the steps and conditions of a program's Python text are called, and what else has a meaning of its own there: no
+# counter and no function has such a name.
+CONDITION_NAMES = ("obstacle", "person", "heard", "dark", "counter", "chance")
+TAKEN = {
+    *(name for kind in KINDS.values() for name in kind.names),
+    *CONDITION_NAMES,
+    *("tell", "flow", "random", "leader", "followers", "profile", "program", "range", "abs", "min", "max", "round"),
+    *kwlist,
+}
+# What a tell says in place of a step: the followers' own steps in turn.
+IN_TURN = "in_turn"
 FLOW_KINDS: tuple[type[Step], ...] = (IfStep, SetStep, ChangeStep, TellStep, DoStep, FlowStep)
 ALL_KINDS: dict[str, type[Step]] = KINDS | {kind.kind: kind for kind in FLOW_KINDS}
 
@@ -134,8 +153,12 @@ def change_counter(counter: str, by: int = 1, **more: Any) -> ChangeStep:
     return ChangeStep(counter, by, **more)
 
 
-def tell(step: Step | None = None, **more: Any) -> TellStep:
-    """Tell the followers one step at once; without one, to go on with their own steps in turn."""
+def tell(step: Step | str = IN_TURN, **more: Any) -> TellStep:
+    """Tell the followers one step at once; or, with 'in_turn', to go on with their own steps in turn."""
+    if step == IN_TURN:
+        return TellStep(None, **more)
+    if not isinstance(step, Step):
+        raise ValueError(f"tell: {step!r} is no step of a follower")
     return TellStep(step, **more)
 
 

@@ -4,11 +4,20 @@ from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from typing import NamedTuple
 
-from motorcade.program.conditions import COMPARISONS, AnyOf, Chance, Condition, Counted, Not, Sensing
-from motorcade.program.flow_steps import FlowStep
+from motorcade.program.conditions import (
+    COMPARISONS,
+    AnyOf,
+    Chance,
+    Condition,
+    Counted,
+    Not,
+    Sensing,
+)
+from motorcade.program.flow_steps import ChangeStep, FlowStep, SetStep
 from motorcade.program.steps import Step, own_fields
 from motorcade.words.flow import (
     ABOVE,
+    ADD,
     CHANCE,
     CONDITIONS,
     COUNT,
@@ -16,6 +25,7 @@ from motorcade.words.flow import (
     COUNTERS,
     JUMP,
     OPS,
+    RANDOM,
     SET,
     TAKE,
 )
@@ -133,6 +143,17 @@ def loop_words(
     take = Instruction(flow_word(COUNT, level=TAKE, counter=number, value=1), path, step_id)
     word = flow_word(JUMP, condition=COUNTER, level=ABOVE, counter=number)
     return begin, [take, Instruction(word, path, step_id, -size - 1)]
+
+
+def count_word(step: SetStep | ChangeStep, numbers: Mapping[str, int]) -> int:
+    """Return the word that sets or changes a counter."""
+    number = numbers[step.counter]
+    if isinstance(step, ChangeStep):
+        level = ADD if step.by >= 0 else TAKE
+        return flow_word(COUNT, level=level, counter=number, value=abs(step.by))
+    if step.to is None:
+        return flow_word(COUNT, level=RANDOM, counter=number, value=step.random)
+    return flow_word(COUNT, level=SET, counter=number, value=step.to)
 
 
 def one_word(word: int, path: str, step: Step, to: Told | None = None) -> Fragment:

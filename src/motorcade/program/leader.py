@@ -13,7 +13,7 @@ The fewest words win:
   down: a loop takes the one below those of the loops inside it, so that loops around a call are never in the way of
   the function. ``spare`` says how many of them the fragment may use.
 - A function's steps stand where it is called, if that takes no more words than a call; else the function stands behind
-  the program, with a return. For functions that are called more than once both is tried, one after the other.
+  the program, with a return.
 - A step that a condition ends is cut into states as any step is. Behind each of them but the last a jump leaves the
   step where the condition holds; equal states in a row may be counted. Where the step has no seconds, a jump goes back
   to its last state for as long as the condition does not hold.
@@ -32,9 +32,15 @@ from motorcade.program.conditions import (
     Sensing,
     without_double_not,
 )
-from motorcade.program.diagnostics import DELETE, Diagnostic, Fix, error, warning
+from motorcade.program.diagnostics import (
+    DELETE,
+    Diagnostic,
+    Fix,
+    error,
+    warning,
+)
 from motorcade.program.expansion import Expander, Item, cut_for_leader
-from motorcade.program.flow_steps import ChangeStep, DoStep, FlowStep, IfStep, SetStep, TellStep
+from motorcade.program.flow_steps import TAKEN, ChangeStep, DoStep, FlowStep, IfStep, SetStep, TellStep
 from motorcade.program.fragments import (
     CONDITION_NUMBERS,
     IN_TURN_STEP,
@@ -44,6 +50,7 @@ from motorcade.program.fragments import (
     Told,
     aim,
     calls_in,
+    count_word,
     deepest_calls,
     flow_word,
     joined,
@@ -65,16 +72,11 @@ from motorcade.program.model import Program, without_ids
 from motorcade.program.parts import ENDLESS_MS, MOST_PIECES, control_word, cut, slice_of
 from motorcade.program.steps import RepeatStep, Step, is_deciding, walk
 from motorcade.words.flow import (
-    ADD,
     CALL,
-    COUNT,
     COUNTERS,
     JUMP,
     MOST_COUNT,
-    RANDOM,
     RETURN,
-    SET,
-    TAKE,
     TELL,
 )
 from motorcade.words.formats import FLOW, STATE
@@ -115,6 +117,7 @@ class Leader:
         self._uncounted: dict[tuple[str, str], Diagnostic] = {}
         self._timeless: dict[str, str | None] = {}
         self._called: frozenset[str] = frozenset()
+        self._settled: set[str] = set()
         self._open: list[str] = []
         steps = list(_steps_of(program))
         for path, step in steps:
@@ -123,9 +126,12 @@ class Leader:
             (path, step) for path, step in steps if isinstance(step, FlowStep)
         ]
         self.decides = any(is_deciding(step) for _, step in steps)
-        self._counters = CounterNumbers(steps)
+        self._counters = CounterNumbers(steps if self.decides else ())
         self._numbers = self._counters.numbers
         self._spare = self._counters.spare
+        for name in program.functions:
+            if name in TAKEN or name in self._numbers:
+                self._find(error("name-is-taken", f"functions.{name}", name=name))
         self._main, self._functions = self._fewest_words(steps)
         self.count = self._size_of(self._main, self._functions)
         if self.count > MOST_PIECES:
@@ -180,23 +186,37 @@ class Leader:
 
     def _fewest_words(self, steps: Iterable[tuple[str, Step]]) -> tuple[Fragment, dict[str, Fragment]]:
         """Return the leader's fragment and those of the functions that are called."""
-        sites = Counter(step.function for _, step in steps if isinstance(step, DoStep))
-        several = [name for name in self._program.functions if sites[name] > 1]
-        self._called = frozenset(several)
+        self._sites = Counter(step.function for _, step in steps if isinstance(step, DoStep))
+        for name in self._program.functions:
+            self._settle(name)
         best = self._compiled()
-        for name in several:
-            before = self._called
-            self._called = before - {name}
+        for name in sorted(self._called):
+            if len(deepest_calls(*best)) <= DEEPEST_CALL:
+                return best
+            # A function whose steps stand where it is called is no call.
+            self._called -= {name}
             tried = self._compiled()
-            if self._cost_of(*tried) <= self._cost_of(*best):
+            if self._size_of(*tried) <= MOST_PIECES:
                 best = tried
             else:
-                self._called = before
+                self._called |= {name}
         calls = deepest_calls(*best)
         if len(calls) > DEEPEST_CALL:
             deepest = calls[DEEPEST_CALL]
             self._find(error("calls-too-deep", deepest.path, deepest.id, most=DEEPEST_CALL, depth=len(calls)))
         return best
+
+    def _settle(self, name: str) -> None:
+        """Decide whether a function is called, after those that it does itself."""
+        if name in self._settled or name not in self._program.functions:
+            return
+        self._settled.add(name)
+        for _, step in walk(self._program.functions[name], ""):
+            if isinstance(step, DoStep):
+                self._settle(step.function)
+        size, count = self._function(name, self._spare).size, self._sites[name]
+        if count * size > count + size + 1:
+            self._called |= {name}
 
     def _compiled(self) -> tuple[Fragment, dict[str, Fragment]]:
         self._made.clear()
@@ -209,9 +229,6 @@ class Leader:
             used.add(name)
             found |= calls_in(functions[name].code)
         return main, {name: made for name, made in functions.items() if name in used}
-
-    def _cost_of(self, main: Fragment, functions: dict[str, Fragment]) -> tuple[bool, int]:
-        return len(deepest_calls(main, functions)) > DEEPEST_CALL, self._size_of(main, functions)
 
     def _size_of(self, main: Fragment, functions: dict[str, Fragment]) -> int:
         if not functions and main.size == len(main.code):
@@ -270,9 +287,9 @@ class Leader:
             case DoStep():
                 return self._do(step, path, spare)
             case SetStep():
-                return one_word(self._count_word(step), path, step)
+                return one_word(count_word(step, self._numbers), path, step)
             case ChangeStep():
-                return one_word(self._count_word(step), path, step)
+                return one_word(count_word(step, self._numbers), path, step)
             case TellStep():
                 return self._tell(step, path)
             case FlowStep():
@@ -454,7 +471,9 @@ class Leader:
             self._find(problem.with_fixes(*(Fix("function", other) for other in known)))
             return NOTHING
         if name in self._open:
-            self._find(error("recursion", path, step.id, name=name).with_fixes(Fix(DELETE)))
+            # Each function of a circle does itself; one of them is enough.
+            problem = error("recursion", path, step.id, name=name).with_fixes(Fix(DELETE))
+            self._found.setdefault(("recursion", ""), problem)
             return NOTHING
         made = self._function(name, spare)
         if name not in self._called:
@@ -470,15 +489,6 @@ class Leader:
     def _tells(self) -> list[Told]:
         code, _ = self._laid_out()
         return list(dict.fromkeys(instruction.to for instruction in code if isinstance(instruction.to, Told)))
-
-    def _count_word(self, step: SetStep | ChangeStep) -> int:
-        number = self._numbers[step.counter]
-        if isinstance(step, ChangeStep):
-            level = ADD if step.by >= 0 else TAKE
-            return flow_word(COUNT, level=level, counter=number, value=abs(step.by))
-        if step.to is None:
-            return flow_word(COUNT, level=RANDOM, counter=number, value=step.random)
-        return flow_word(COUNT, level=SET, counter=number, value=step.to)
 
 
 def _steps_of(program: Program) -> Iterator[tuple[str, Step]]:

@@ -5,8 +5,19 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from motorcade.config.profile import Profile
 from motorcade.errors import Phrase
 from motorcade.program.conditions import counters_in
-from motorcade.program.diagnostics import Diagnostic, Fix, error, warning
-from motorcade.program.flow_steps import ChangeStep, FlowStep, SetStep, conditions_of
+from motorcade.program.diagnostics import (
+    Diagnostic,
+    Fix,
+    error,
+    warning,
+)
+from motorcade.program.flow_steps import (
+    TAKEN,
+    ChangeStep,
+    FlowStep,
+    SetStep,
+    conditions_of,
+)
 from motorcade.program.fragments import CONDITION_NUMBERS, Instruction, raw_word
 from motorcade.program.parts import durations_in
 from motorcade.program.steps import Step
@@ -60,7 +71,10 @@ class CounterNumbers:
             if isinstance(step, SetStep | ChangeStep):
                 names.append(step.counter)
             for name in names:
-                if name not in self.numbers:
+                if name in TAKEN:
+                    self.problems.append(error("name-is-taken", path, step.id, name=name))
+                    self.numbers.setdefault(name, 0)
+                elif name not in self.numbers:
                     self._number(name, raw, path, step)
         self.spare = COUNTERS - 1 - max([*raw, *self.numbers.values()], default=-1)
 

@@ -13,12 +13,37 @@ from pathlib import Path
 from typing import Any, Literal
 
 from motorcade.config.check import Fault, check, fits
-from motorcade.config.files import DEEPEST, DuplicateKeyError, is_deeper, parse, place_text
+from motorcade.config.files import (
+    DEEPEST,
+    DuplicateKeyError,
+    is_deeper,
+    parse,
+    place_text,
+)
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.program.conditions import NAME, condition_document, condition_of
-from motorcade.program.diagnostics import Diagnostic, Fix, NotJsonError, ProgramError, error
-from motorcade.program.flow_steps import ALL_KINDS, DoStep, FlowStep, IfStep, TellStep
-from motorcade.program.schema import BESIDE, FORMAT, IN_TURN, PROFILE, SETTINGS, program_schema
+from motorcade.program.diagnostics import (
+    Diagnostic,
+    Fix,
+    NotJsonError,
+    ProgramError,
+    error,
+)
+from motorcade.program.flow_steps import (
+    ALL_KINDS,
+    IN_TURN,
+    DoStep,
+    FlowStep,
+    IfStep,
+    TellStep,
+)
+from motorcade.program.schema import (
+    BESIDE,
+    FORMAT,
+    PROFILE,
+    SETTINGS,
+    program_schema,
+)
 from motorcade.program.steps import (
     COMMON,
     RepeatStep,

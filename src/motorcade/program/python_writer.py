@@ -1,28 +1,44 @@
 """Write a program as Python text, and bring an older text up to date: its comments and everything else stay."""
 
-import textwrap
-from bisect import bisect_right
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
-from motorcade.program import steps
 from motorcade.program.blocks import plain
-from motorcade.program.model import Followers, Program, align, bare, without_ids
-from motorcade.program.python_reader import VARIABLE, Node, PythonProgram, parameters_of, read_python
-from motorcade.program.python_syntax import Comment, PythonSource
-from motorcade.program.steps import COMMON, Step
-
-_INDENT = "    "
-_LONGEST_LINE = 100
+from motorcade.program.model import (
+    Followers,
+    Program,
+    align,
+    bare,
+    without_ids,
+)
+from motorcade.program.python_calls import Node, parameters_of
+from motorcade.program.python_comments import (
+    INDENT,
+    LONGEST_LINE,
+    Comments,
+    comments_of,
+    import_of,
+    indented,
+    nodes,
+    with_imports,
+)
+from motorcade.program.python_functions import functions_text, updated_functions
+from motorcade.program.python_reader import VARIABLE, PythonProgram, read_python
+from motorcade.program.python_text import name_of, needs_statements, values_of
+from motorcade.program.steps import Step
 
 
 def python_text(program: Program) -> str:
-    """Return a program as text that `read_python` and Python itself read."""
+    """Return a program as text that `read_python` and Python itself read.
+
+    It is one call of Program, or functions where the leader decides.
+    """
+    if needs_statements(program):
+        return functions_text(program)
     writer = _Writer(None)
     call = writer.program(program)
-    return f"{_import_of({name: name for name in writer.used})}\n\n{VARIABLE} = {call}\n"
+    return f"{import_of({name: name for name in writer.used})}\n\n{VARIABLE} = {call}\n"
 
 
 def updated_text(text: str | PythonProgram, program: Program) -> str:
@@ -36,23 +52,16 @@ def updated_text(text: str | PythonProgram, program: Program) -> str:
         old = read_python(old)
     if bare(old.program) == bare(program):
         return old.source.text
+    if old.is_statements or needs_statements(program):
+        return updated_functions(old, program)
     writer = _Writer(old)
     call = writer.program(program)
     text = old.source.text[: old.root.start] + call + old.source.text[old.root.end :]
-    return _with_imports(text, old, writer.used)
+    return with_imports(text, old, writer.used)
 
 
 @dataclass(slots=True)
-class _Comments:
-    """The comments of a part: in the lines before it, behind it on its line, and inside it before its end."""
-
-    before: list[str] = field(default_factory=list)
-    behind: list[str] = field(default_factory=list)
-    end: list[str] = field(default_factory=list)
-
-
-@dataclass(slots=True)
-class _Item(_Comments):
+class _Item(Comments):
     """A step to write: with its comments, the steps inside it, and its present text where that can stay."""
 
     step: Step | None = None
@@ -72,32 +81,6 @@ def _comments_in(items: Iterable[_Item]) -> list[str]:
     return [comment for item in items for comment in item.all_comments()]
 
 
-def _comments_of(old: PythonProgram) -> dict[str, _Comments]:
-    """Return the comments inside the program's call, by the path of the part that they belong to."""
-    found: dict[str, _Comments] = defaultdict(_Comments)
-    for comment in old.source.comments():
-        if old.root.start <= comment.start < old.root.end:
-            _attach(comment, old.root, old.source, found)
-    return found
-
-
-def _attach(comment: Comment, node: Node, source: PythonSource, found: dict[str, _Comments]) -> None:
-    parts = node.parts
-    number = bisect_right(parts, comment.start, key=lambda part: part.start)
-    if number:
-        last = parts[number - 1]
-        if comment.start < last.end:
-            _attach(comment, last, source, found)
-            return
-        if source.line_at(last.end) == comment.line:
-            found[last.path].behind.append(comment.text)
-            return
-    if number < len(parts):
-        found[parts[number].path].before.append(comment.text)
-    else:
-        found[node.path].end.append(comment.text)
-
-
 class _Writer:
     """Writes one program; ``used`` collects the names that its text needs."""
 
@@ -105,10 +88,10 @@ class _Writer:
         self.used: set[str] = set()
         self._old = old
         self._nodes: dict[str, Node] = {}
-        self._comments: dict[str, _Comments] = defaultdict(_Comments)
+        self._comments: dict[str, Comments] = defaultdict(Comments)
         if old is not None:
-            self._nodes = dict(_nodes(old.root))
-            self._comments = _comments_of(old)
+            self._nodes = dict(nodes(old.root))
+            self._comments = comments_of(old, old.root)
 
     def program(self, program: Program) -> str:
         """Return the call of Program, over several lines."""
@@ -120,12 +103,12 @@ class _Writer:
             followers_text = self._followers(program.followers, followers)
             rows += self._argument("followers", f"followers={followers_text}", 1)
         else:
-            rows += _indented(_comments_in(followers), 1)
+            rows += indented(_comments_in(followers), 1)
         if program.profile != parameters_of(Program)[1]["profile"]:
             rows += self._argument("profile", f"profile={program.profile!r}", 1)
         for comments in self._comments.values():
             left += [*comments.before, *comments.behind, *comments.end]
-        return self._call(Program.__name__, rows + _indented(left, 1), 0)
+        return self._call(Program.__name__, rows + indented(left, 1), 0)
 
     def _old_items(self) -> tuple[list[_Item], list[_Item]]:
         """Return the steps of the leader and of the followers in the present text."""
@@ -154,10 +137,10 @@ class _Writer:
     def _list(self, old: list[_Item], row: Sequence[Step], path: str, depth: int) -> str:
         """Return steps as a list, one a line; ``path`` is the part with the comments at its end."""
         items, left = _merged(old, row)
-        lines = self._lines(items, depth + 1) + _indented(left, depth + 1) + self._end(path, depth + 1)
+        lines = self._lines(items, depth + 1) + indented(left, depth + 1) + self._end(path, depth + 1)
         if not lines:
             return "[]"
-        return "\n".join(["[", *lines, _INDENT * depth + "]"])
+        return "\n".join(["[", *lines, INDENT * depth + "]"])
 
     def _lines(self, items: Iterable[_Item], depth: int) -> list[str]:
         """Return the lines of steps with their comments."""
@@ -168,12 +151,12 @@ class _Writer:
         positional, named, name = self._values(item)
         if not item.has_comments_inside():
             text = self._one_line(item)
-            if not item.inside or len(text) + len(_INDENT) * depth < _LONGEST_LINE:
+            if not item.inside or len(text) + len(INDENT) * depth < LONGEST_LINE:
                 return text
-        rows = _indented([f"{value}," for value in positional], depth + 1)
+        rows = indented([f"{value}," for value in positional], depth + 1)
         rows += self._lines(item.inside, depth + 1)
-        rows += _indented(item.end, depth + 1)
-        rows += _indented([f"{value}," for value in named], depth + 1)
+        rows += indented(item.end, depth + 1)
+        rows += indented([f"{value}," for value in named], depth + 1)
         return self._call(name, rows, depth)
 
     def _one_line(self, item: _Item) -> str:
@@ -187,31 +170,14 @@ class _Writer:
 
     def _values(self, item: _Item) -> tuple[list[str], list[str], str]:
         """Return a step's values that stand by their position, those that are named, and the step's name."""
-        step: Any = item.step
-        name = _name_of(step)
-        names, defaults, _ = parameters_of(getattr(steps, name))
-        positional, named = [], []
-        for parameter in names:
-            value = getattr(step, parameter)
-            has_default = parameter in defaults
-            if has_default and value == defaults[parameter]:
-                continue
-            if has_default and defaults[parameter] is not None:
-                named.append(f"{parameter}={plain(value)!r}")
-            else:
-                positional.append(repr(plain(value)))
-        for setting in COMMON:
-            value = getattr(step, setting)
-            if value is not None and setting != "id":
-                named.append(f"{setting}={value!r}")
-        return positional, named, name
+        return values_of(item.step)
 
     def _items(self, row: Sequence[Step], path: str) -> list[_Item]:
         """Return the steps of the present text with their comments."""
         items = []
         for number, step in enumerate(row):
             place = f"{path}[{number}]"
-            own = self._comments.pop(place, _Comments())
+            own = self._comments.pop(place, Comments())
             item = _Item(own.before, own.behind, own.end, step)
             for name, inside in step.lists.items():
                 item.inside += self._items(inside, f"{place}.{step.inside_at[name]}")
@@ -229,7 +195,7 @@ class _Writer:
 
     def _call(self, name: str, rows: Iterable[str], depth: int) -> str:
         self.used.add(name)
-        return "\n".join([f"{self._called(name)}(", *rows, f"{_INDENT * depth})"])
+        return "\n".join([f"{self._called(name)}(", *rows, f"{INDENT * depth})"])
 
     def _called(self, name: str) -> str:
         """Return the name that something of motorcade has in the text."""
@@ -239,18 +205,14 @@ class _Writer:
 
     def _argument(self, path: str, text: str, depth: int) -> list[str]:
         """Return the lines of an argument with the comments around it."""
-        own = self._comments.pop(path, _Comments())
-        return _commented(text, own, depth) + _indented(own.end, depth)
+        own = self._comments.pop(path, Comments())
+        return _commented(text, own, depth) + indented(own.end, depth)
 
     def _end(self, path: str, depth: int) -> list[str]:
         """Return the comments at the end of a part."""
         own = self._comments[path]
         end, own.end = own.end, []
-        return _indented(end, depth)
-
-
-def _indented(lines: Iterable[str], depth: int) -> list[str]:
-    return [_INDENT * depth + line for line in lines]
+        return indented(end, depth)
 
 
 def _merged(old: list[_Item], row: Sequence[Step]) -> tuple[list[_Item], list[str]]:
@@ -277,52 +239,15 @@ def _merged(old: list[_Item], row: Sequence[Step]) -> tuple[list[_Item], list[st
     return items, _comments_in(old[position] for position in gone)
 
 
-def _commented(text: str, comments: _Comments, depth: int) -> list[str]:
+def _commented(text: str, comments: Comments, depth: int) -> list[str]:
     """Return the lines of a text with the comments before and behind it; one comment fits behind it on its line."""
     line = f"{text},"
     before = list(comments.before)
     if comments.behind:
         line += f"  {comments.behind[0]}"
         before += comments.behind[1:]
-    return _indented([*before, line], depth)
-
-
-def _name_of(step: Any) -> str:
-    names: dict[str, dict[str, str]] = step.names
-    return next(name for name, fixed in names.items() if all(getattr(step, key) == fixed[key] for key in fixed))
+    return indented([*before, line], depth)
 
 
 def _names_in(item: _Item) -> set[str]:
-    return {_name_of(item.step)}.union(*map(_names_in, item.inside))
-
-
-def _nodes(node: Node) -> Iterator[tuple[str, Node]]:
-    yield node.path, node
-    for part in node.parts:
-        yield from _nodes(part)
-
-
-def _with_imports(text: str, old: PythonProgram, used: set[str]) -> str:
-    """Return ``text``, whose call is new, with an import of the names in ``used``."""
-    source, statement = old.source, old.imported_at
-    missing = {name: name for name in used - set(old.imports)}
-    if statement is None:
-        at = source.import_place()
-        return f"{text[:at]}{_import_of({name: name for name in used})}\n\n{text[at:]}"
-    if not missing:
-        return text
-    start, end = source.extent(statement)
-    if "#" in text[start:end]:
-        return f"{text[:end]}\n{_import_of(missing)}{text[end:]}"
-    here = {alias.name: alias.asname or alias.name for alias in statement.names}
-    return text[:start] + _import_of(here | missing) + text[end:]
-
-
-def _import_of(names: dict[str, str]) -> str:
-    """Return an import of names, each with its name in the text."""
-    imported = ", ".join(name if own == name else f"{name} as {own}" for name, own in sorted(names.items()))
-    line = f"from motorcade import {imported}"
-    if len(line) <= _LONGEST_LINE:
-        return line
-    rows = textwrap.wrap(f"{imported},", _LONGEST_LINE - len(_INDENT))
-    return "\n".join(["from motorcade import (", *_indented(rows, 1), ")"])
+    return {name_of(item.step)}.union(*map(_names_in, item.inside))

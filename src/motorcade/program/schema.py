@@ -2,9 +2,21 @@
 
 from functools import cache
 
-from motorcade.config.check import Schema, choice, flag, table
+from motorcade.config.check import (
+    Schema,
+    choice,
+    flag,
+    table,
+)
 from motorcade.program.conditions import NAME, condition_schema
-from motorcade.program.flow_steps import FLOW_KINDS, DoStep, IfStep, SetStep, TellStep
+from motorcade.program.flow_steps import (
+    FLOW_KINDS,
+    IN_TURN,
+    DoStep,
+    IfStep,
+    SetStep,
+    TellStep,
+)
 from motorcade.program.steps import (
     COMMON,
     SECONDS,
@@ -34,8 +46,6 @@ SETTINGS: dict[str, Schema] = {
 
 
 _CONDITION = {"$ref": "#/$defs/condition"}
-# What a tell says in place of a step: the followers' own steps in turn.
-IN_TURN = "in_turn"
 
 
 @cache

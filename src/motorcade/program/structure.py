@@ -28,10 +28,24 @@ from motorcade.program.conditions import (
     Not,
     Sensing,
 )
-from motorcade.program.flow_steps import ChangeStep, DoStep, FlowStep, IfStep, SetStep, TellStep
+from motorcade.program.flow_steps import (
+    ChangeStep,
+    DoStep,
+    FlowStep,
+    IfStep,
+    SetStep,
+    TellStep,
+)
 from motorcade.program.fragments import drawn_below
 from motorcade.program.parts import step_in
-from motorcade.program.steps import AccompanyingStep, RepeatStep, Step, TogetherStep, is_deciding, own_fields
+from motorcade.program.steps import (
+    AccompanyingStep,
+    RepeatStep,
+    Step,
+    TogetherStep,
+    is_deciding,
+    own_fields,
+)
 from motorcade.words.flow import (
     ABOVE,
     ADD,

@@ -42,6 +42,11 @@ def image_words(image: Image) -> tuple[int, ...]:
     return (header,) + tuple(image.leader) + tuple(image.followers)
 
 
+def holds_a_tell(image: Image) -> bool:
+    """Return whether the leader decides when its followers are told something; else the dwell does."""
+    return bool(image.decides) and any(word >> 31 and word >> 28 & 7 == TELL for word in image.leader)
+
+
 def announced_words(header: int) -> int:
     """Return how many words an image with this header word has, the header included."""
     return 1 + (header >> 24) + (header >> 16 & 255)

@@ -1,0 +1,359 @@
+"""What a leader that decides does besides: conditions, flow words, counters, and what it tells its followers.
+
+Functions of integers as in `motorcade.car.brain`, which describes their arguments; another part of a car's brain. A
+leader whose image has no flow words never calls them. Source: the protocol's section "A leader that decides".
+
+``d``
+    the leader's memory of decisions: SIZE bytes, at the indices below. Followers have none.
+``senses``
+    what the car senses in this tick.
+
+How it works
+============
+
+An image of such a leader is a list of words, and NEXT is the index of the one that comes next. A state begins as any
+leader's state and lasts until its length is over, or until its condition ends it. Then the flow words up to the next
+state are executed: they take no time, but at most MOST_FLOW_WORDS of them in a tick. While no state runs the car stands
+still: RUNNING of the other memory is 0, and STARTED_MS is the time at which the next state begins.
+
+A tell asks for a slot: WAITS is 1 until the slot opens, at once unless the last slot is younger than a fifteenth of the
+time after which cars forget its tag.
+"""
+
+from motorcade.car.brain import (
+    AVOID_RADII_MM,
+    FORGET_MS,
+    HOLDS,
+    RUNNING,
+    SLOT,
+    SLOT_STARTED_MS,
+    STARTED_MS,
+    STATE,
+    TAG,
+    VOICE_STOP,
+    WORD,
+    ImageWords,
+    begin_word,
+    break_off,
+    draw,
+    end_state,
+)
+from motorcade.car.frames import enter_slot, forget_frame, open_next_slot, sends_in_slot
+from motorcade.words import uint8, uint16
+from motorcade.words.flow import (
+    ADD,
+    ALWAYS,
+    BELOW,
+    CALL,
+    CHANCE,
+    COUNT,
+    DECIDES,
+    EITHER_DARK,
+    FLOOR,
+    IN_TURN,
+    IS,
+    MOST_COUNT,
+    OBSTACLE,
+    PERSON,
+    RANDOM,
+    RETURN,
+    SET,
+    TELL,
+    VOICE,
+)
+from motorcade.words.infrared import NEWER_SLOTS
+from motorcade.words.positions import (
+    AVOID_ENABLE_AT,
+    AVOID_RADIUS_AT,
+    CONDITION_AT,
+    COUNTER_AT,
+    IF_NOT_AT,
+    LEVEL_AT,
+    OP_AT,
+    TARGET_AT,
+    UNTIL_AT,
+    UNTIL_LEVEL_AT,
+    UNTIL_NOT_AT,
+    VALUE_AT,
+)
+from motorcade.words.ticks import elapsed_ms
+
+# For the type checker alone, as in motorcade.car.brain.
+MYPY = False
+if MYPY:
+    from motorcade.car.senses import Senses
+
+# The memory, d.
+WORDS = 0  # how many words a leader that decides has; 0 for another
+LOOKS = 1  # 1 + the level of the largest radius for which the image needs the ultrasonic sensor; 0: not at all
+TELLS = 2  # 1 where the image holds a tell
+NEXT = 3  # index of the leader word that comes next; what is from here on begins with 0 in each image
+FLOW_LEFT = 4  # how many flow words may still be executed in this tick
+VOICES = 5  # bit 0: 'stop' was heard since the state began; bit 1: 'go' was
+COUNTS = 6  # the four counters
+CALLS = 10  # how many calls will return, at most MOST_CALLS
+RETURNS = 11  # where they go on, the last one first: MOST_CALLS places
+IS_TELLING = 15  # 1 from the first tell on
+TURNS = 16  # how many follower words are sent in turn; 0: the one of the slot
+WAITS = 17  # 1 while a tell waits for its slot
+TOLD = 18  # SLOT of that tell
+TOLD_TURNS = 19  # TURNS of that tell
+SIZE = 20
+
+MOST_FLOW_WORDS = 16
+MOST_CALLS = 4
+
+
+def decides(d: bytearray) -> uint8:
+    """Return more than 0 where the leader of the image that was surveyed decides, else 0."""
+    return d[WORDS]
+
+
+def survey(d: bytearray, image: ImageWords, begin: uint16, end: uint16, levels: tuple[int, ...]) -> None:
+    """Find out what a new image needs, from the words at indices ``begin`` to ``end`` - 1; the header is at 0.
+
+    Call it for the whole image before `begin`, on a slow chip in several ticks: each word takes it some time.
+    """
+    if begin == 0:
+        d[LOOKS] = 0
+        d[TELLS] = 0
+        d[WORDS] = 0
+        if image[0] & DECIDES:
+            d[WORDS] = image[0] >> 24
+        begin = 1
+    while begin < end and begin <= d[WORDS]:
+        _survey_word(d, image[begin], levels)
+        begin = begin + 1
+
+
+def _survey_word(d: bytearray, word: int, levels: tuple[int, ...]) -> None:
+    """Find out whether a leader word tells something, and how far it needs the ultrasonic sensor."""
+    if word >> 31:
+        op = word >> OP_AT & 7
+        if op == TELL:
+            d[TELLS] = 1
+        elif op <= CALL and word >> CONDITION_AT & 15 == OBSTACLE:
+            _look(d, word >> LEVEL_AT & 3, levels)
+    else:
+        if word >> UNTIL_AT & 15 == OBSTACLE:
+            _look(d, word >> UNTIL_LEVEL_AT & 3, levels)
+        if word >> AVOID_ENABLE_AT & 1:
+            _look(d, word >> AVOID_RADIUS_AT & 3, levels)
+
+
+def _look(d: bytearray, level: uint8, levels: tuple[int, ...]) -> None:
+    if levels[AVOID_RADII_MM + level] > looks_mm(d, levels):
+        d[LOOKS] = 1 + level
+
+
+def looks_mm(d: bytearray, levels: tuple[int, ...]) -> int:
+    """Return how far the image needs the ultrasonic sensor; 0: not at all."""
+    if d[LOOKS] == 0:
+        return 0
+    return levels[AVOID_RADII_MM + d[LOOKS] - 1]
+
+
+def begin(s: list[int], d: bytearray, now: int) -> None:
+    """Begin an image: its first words are executed in the next tick, and nothing is told before its first tell."""
+    s[STATE] = 0
+    s[RUNNING] = 0
+    s[HOLDS] = 0
+    for i in range(SIZE - NEXT):
+        d[NEXT + i] = 0
+    forget_frame(s, now)
+
+
+def hear_voice(d: bytearray, voice: uint8) -> None:
+    """Take a voice command for the conditions of the running state and of the flow words behind it."""
+    d[VOICES] = d[VOICES] | 1 << (voice - VOICE_STOP)
+
+
+def begin_tick(s: list[int], d: bytearray, senses: "Senses", now: int, levels: tuple[int, ...]) -> None:
+    """End the running state now if its condition asks for it; call it once in each tick."""
+    d[FLOW_LEFT] = MOST_FLOW_WORDS
+    if ends_early(s, d, senses, levels):
+        break_off(s, now, levels)
+    if s[RUNNING] == 0:
+        s[STARTED_MS] = now
+
+
+def running_until(s: list[int]) -> uint8:
+    """Return the condition that ends the running state; ALWAYS where it has none, or no state runs."""
+    if s[RUNNING] == 0:
+        return ALWAYS
+    return s[WORD] >> UNTIL_AT & 15
+
+
+def ends_early(s: list[int], d: bytearray, senses: "Senses", levels: tuple[int, ...]) -> uint8:
+    """Return 1 where the running state has a condition that ends it with these senses, else 0."""
+    until = running_until(s)
+    if until == ALWAYS:
+        return 0
+    word = s[WORD]
+    holds = _holds(s, d, until, word >> UNTIL_LEVEL_AT & 3, word, senses, levels)
+    return 1 if holds != word >> UNTIL_NOT_AT & 1 else 0
+
+
+def next_state(
+    s: list[int], d: bytearray, image: ImageWords, senses: "Senses", now: int, levels: tuple[int, ...]
+) -> uint8:
+    """End the running state if its length is over, execute flow words, and begin a state. Return 1 where one began.
+
+    Call it until it returns 0: after a late tick several states may have ended.
+    """
+    if s[RUNNING] and end_state(s, now, levels) == 0:
+        return 0
+    while d[FLOW_LEFT] > 0:
+        index = d[NEXT]
+        word = image[1 + index]
+        d[NEXT] = index + 1
+        if d[NEXT] == d[WORDS]:
+            d[NEXT] = 0
+        if word >> 31 == 0:
+            s[STATE] = index
+            d[VOICES] = 0
+            begin_word(s, word, s[STARTED_MS])
+            return 1
+        d[FLOW_LEFT] = d[FLOW_LEFT] - 1
+        _execute(s, d, word, image, senses, levels)
+    return 0
+
+
+def _execute(
+    s: list[int], d: bytearray, word: int, image: ImageWords, senses: "Senses", levels: tuple[int, ...]
+) -> None:
+    """Execute a flow word; NEXT is already that of the word behind it."""
+    op = word >> OP_AT & 7
+    if op == COUNT:
+        _count(s, d, word)
+    elif op == TELL:
+        _tell(d, word, image)
+    elif op == RETURN:
+        _return(d)
+    elif _is_taken(s, d, word, senses, levels):
+        if op == CALL:
+            _remember(d)
+        d[NEXT] = word >> TARGET_AT & 255
+
+
+def _remember(d: bytearray) -> None:
+    """Remember where a call goes on; of more than MOST_CALLS the oldest is forgotten."""
+    for i in range(MOST_CALLS - 1):
+        d[RETURNS + MOST_CALLS - 1 - i] = d[RETURNS + MOST_CALLS - 2 - i]
+    d[RETURNS] = d[NEXT]
+    if d[CALLS] < MOST_CALLS:
+        d[CALLS] = d[CALLS] + 1
+
+
+def _return(d: bytearray) -> None:
+    """Go on where the last call asks for it; without one with the first word."""
+    d[NEXT] = 0
+    if d[CALLS] > 0:
+        d[CALLS] = d[CALLS] - 1
+        d[NEXT] = d[RETURNS]
+        for i in range(MOST_CALLS - 1):
+            d[RETURNS + i] = d[RETURNS + i + 1]
+
+
+def _is_taken(s: list[int], d: bytearray, word: int, senses: "Senses", levels: tuple[int, ...]) -> uint8:
+    """Return 1 where the condition of a jump or a call asks for it now, else 0."""
+    condition = word >> CONDITION_AT & 15
+    if condition == ALWAYS:
+        return 1
+    holds = _holds(s, d, condition, word >> LEVEL_AT & 3, word, senses, levels)
+    return 1 if holds != word >> IF_NOT_AT & 1 else 0
+
+
+def _holds(
+    s: list[int], d: bytearray, condition: uint8, level: uint8, word: int, senses: "Senses", levels: tuple[int, ...]
+) -> uint8:
+    """Return 1 where a condition holds, else 0; ``word`` has the counter and the value, where it needs them."""
+    value = word >> VALUE_AT & 255
+    if condition == OBSTACLE:
+        return 1 if senses.obstacle_mm < levels[AVOID_RADII_MM + level] else 0
+    if condition == PERSON:
+        return 1 if senses.person else 0
+    if condition == VOICE:
+        return d[VOICES] >> level & 1
+    if condition == FLOOR:
+        if level == EITHER_DARK:
+            return 1 if senses.dark_floor else 0
+        # The levels left, right and both are the sensors that have to be over dark floor.
+        return 1 if senses.dark_floor & level == level else 0
+    if condition == CHANCE:
+        return 1 if draw(s) >> 24 < value else 0
+    counted = d[COUNTS + (word >> COUNTER_AT & 3)]
+    if level == IS:
+        return 1 if counted == value else 0
+    if level == BELOW:
+        return 1 if counted < value else 0
+    return 1 if counted > value else 0
+
+
+def _count(s: list[int], d: bytearray, word: int) -> None:
+    """Execute a count: set or change one of the counters."""
+    place = COUNTS + (word >> COUNTER_AT & 3)
+    how = word >> LEVEL_AT & 3
+    value: uint8 = word >> VALUE_AT & 255
+    if how == SET:
+        d[place] = value
+    elif how == RANDOM:
+        d[place] = (draw(s) >> 8) % (value + 1)
+    elif how == ADD:
+        room: uint8 = MOST_COUNT - d[place]
+        d[place] = d[place] + (value if value < room else room)
+    else:
+        d[place] = d[place] - (value if value < d[place] else d[place])
+
+
+def _tell(d: bytearray, word: int, image: ImageWords) -> None:
+    """Execute a tell: ask for a slot; of several tells that wait the last one counts."""
+    target: uint8 = word >> TARGET_AT & 255
+    turns: uint8 = 0
+    if target == IN_TURN:
+        target = 0
+        turns = word >> VALUE_AT & 255
+        if turns == 0:
+            turns = image[0] >> 16 & 255
+    d[WAITS] = 1
+    d[TOLD] = target
+    d[TOLD_TURNS] = turns
+
+
+def least_slot_ms(levels: tuple[int, ...]) -> int:
+    """Return how long a slot lasts at least: a tag tells only NEWER_SLOTS slots from older ones."""
+    return (levels[FORGET_MS] + NEWER_SLOTS - 1) // NEWER_SLOTS
+
+
+def change_slot(s: list[int], d: bytearray, image: ImageWords, now: int, levels: tuple[int, ...]) -> None:
+    """Open the slot of a tell that waits, or go on to the slot that ``now`` is in where words are told in turn.
+
+    Call it before the words of a tick and behind them: what is told in a tick comes behind the slots up to then.
+    """
+    if d[WAITS]:
+        # A leader without a tag has sent nothing that a new tag could be taken for.
+        if s[TAG] and elapsed_ms(now, s[SLOT_STARTED_MS]) < least_slot_ms(levels):
+            return
+        d[WAITS] = 0
+        d[IS_TELLING] = 1
+        d[TURNS] = d[TOLD_TURNS]
+        s[SLOT] = d[TOLD]
+        s[SLOT_STARTED_MS] = now
+        open_next_slot(s, image)
+    elif d[TURNS]:
+        enter_slot(s, image, d[TURNS], now, levels)
+
+
+def sends(
+    s: list[int], d: bytearray, image: ImageWords, air_is_busy: uint8, now: int, levels: tuple[int, ...]
+) -> uint8:
+    """Return 1 where a leader that tells begins a frame of its follower word ``s[SLOT]`` now, else 0."""
+    change_slot(s, d, image, now, levels)
+    if d[IS_TELLING] == 0:
+        return 0
+    return sends_in_slot(s, image, air_is_busy, now, levels)
+
+
+def watches(s: list[int], d: bytearray) -> uint8:
+    """Return 1 while a car whose sensors must be read again and again needs each tick, else 0."""
+    return 1 if s[RUNNING] == 0 or d[LOOKS] or running_until(s) != ALWAYS else 0

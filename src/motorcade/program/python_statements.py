@@ -1,0 +1,380 @@
+"""Read a program that is written as functions, ``leader()``, ``followers()`` and others, and never execute them.
+
+A statement becomes a step: ``if``, ``while``, ``for _ in range(4)``, a counter that is set or changed, a call of a step
+or of a function of the text. A name is a counter of the car where it is set more than once, changed by ``+=`` and
+``-=``, or set to a random number; any other name has one value, which is worked out while the text is read. So are the
+turns of a ``for`` whose variable is used, conditions without a sensor or counter, and functions with parameters, whose
+steps stand where they are called.
+"""
+
+import ast
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from motorcade.program import flow_steps
+from motorcade.program import python_syntax as fixes
+from motorcade.program.blocks import MOST_DEEP
+from motorcade.program.diagnostics import TEXT, Fix
+from motorcade.program.flow_steps import DoStep, IfStep
+from motorcade.program.python_calls import (
+    FLOW,
+    RANDOM,
+    TELL,
+    CallReader,
+    Node,
+    negated,
+)
+from motorcade.program.python_values import STEP_COST, UnknownValueError
+from motorcade.program.steps import RepeatStep
+
+LEADER, FOLLOWERS = "leader", "followers"
+_WORDS: dict[type[ast.stmt], str] = {ast.Break: "break", ast.Continue: "continue", ast.Return: "return"}
+
+
+class StatementReader(CallReader):
+    """Reads steps that are statements.
+
+    Attributes:
+        definitions: the functions of the text, by their name.
+        is_plain: for each of them, whether each of its statements is one step, so that its comments have a place.
+    """
+
+    def __init__(self, data: bytes | str) -> None:
+        super().__init__(data)
+        self.definitions: dict[str, ast.FunctionDef] = {}
+        self.is_plain: dict[str, bool] = {}
+        # Where the values of names in the text stand.
+        self.value_extents: dict[str, tuple[int, int]] = {}
+        self._open: list[str] = []
+        self._leads = True
+        self._function = ""
+
+    def _define(self, statement: ast.FunctionDef) -> None:
+        """Take note of a function. Only the followers' settings are parameters with values."""
+        name = statement.name
+        arguments = statement.args
+        if name in self.definitions:
+            self._refuse("python-defined-twice", statement, fixes.without_lines(self.source, statement), name=name)
+        unusual = (arguments.posonlyargs, arguments.vararg, arguments.kwonlyargs, arguments.kwarg)
+        is_plain = not any(unusual) and not statement.decorator_list
+        if not is_plain or (name == LEADER and arguments.args):
+            self._refuse("python-parameters", statement, name=name)
+        self.definitions[name] = statement
+
+    @property
+    def counters(self) -> set[str]:
+        """The counters of the car."""
+        return self._counters
+
+    def definition_extent(self, definition: ast.FunctionDef) -> tuple[int, int]:
+        """Return the extent of a function, up to the end of its last line."""
+        start, end = self.source.extent(definition)
+        behind = self.source.text.find("\n", end)
+        return start, behind if behind >= 0 else len(self.source.text)
+
+    def has_docstring(self, definition: ast.FunctionDef) -> bool:
+        """Whether a function begins with a text about itself."""
+        return ast.get_docstring(definition, clean=False) is not None
+
+    def _find_counters(self, statements: Iterable[ast.stmt]) -> None:
+        """Find the names that the car counts: those that have more than one value."""
+        times: Counter[str] = Counter()
+        for statement in statements:
+            for node in ast.walk(statement):
+                match node:
+                    case ast.AugAssign(target=ast.Name(id=name)):
+                        self._counters.add(name)
+                    case ast.Assign(targets=[ast.Name(id=name)], value=value):
+                        times[name] += 1
+                        if isinstance(value, ast.Call):
+                            self._counters.add(name)
+        self._counters |= {name for name, count in times.items() if count > 1}
+
+    def _defined(self, root: Node) -> dict[str, Any]:
+        """Return the document of all functions; their parts are added to ``root``."""
+        document: dict[str, Any] = {"functions": {}, "followers": None}
+        asked: set[str] = set()
+        for name, definition in self.definitions.items():
+            if name == FOLLOWERS or definition.args.args:
+                continue
+            path = name if name == LEADER else f"functions.{name}"
+            steps = self._body(definition, path, root)
+            if name == LEADER:
+                document[LEADER] = steps
+            else:
+                document["functions"][name] = steps
+        if FOLLOWERS in self.definitions:
+            self._leads = False
+            document[FOLLOWERS] = self._followers_of(self.definitions[FOLLOWERS], root)
+            asked = {
+                call.func.id
+                for call in ast.walk(self.definitions[FOLLOWERS])
+                if isinstance(call, ast.Call) and isinstance(call.func, ast.Name)
+            }
+        # A function that only the followers use is none of the leader's.
+        done = set(_done_in([document.get(LEADER), document["functions"]]))
+        for name in asked - done:
+            document["functions"].pop(name, None)
+        return document
+
+    def _followers_of(self, definition: ast.FunctionDef, root: Node) -> dict[str, Any]:
+        settings: dict[str, Any] = {}
+        names = [argument.arg for argument in definition.args.args]
+        allowed = ["accept_ir", "forward", "tagged", "dwell_seconds"]
+        values = definition.args.defaults
+        if len(values) < len(names) or not set(names) <= set(allowed):
+            self._refuse("python-parameters", definition, name=FOLLOWERS)
+        for name, value in zip(names, values, strict=False):
+            self.spans[f"{FOLLOWERS}.{name}"] = self.source.span(value)
+            settings[name] = self._value(value)
+        if settings.get("dwell_seconds", 0) is None:
+            del settings["dwell_seconds"]
+        return {**settings, "steps": self._body(definition, f"{FOLLOWERS}.steps", root)}
+
+    def _body(self, definition: ast.FunctionDef, path: str, root: Node) -> list[Any]:
+        self._function = definition.name
+        self._open = [definition.name]
+        self.is_plain[definition.name] = True
+        node = self._node(path, definition)
+        node.start, node.end = self.definition_extent(definition)
+        root.parts.append(node)
+        self.spans[path] = self.source.first_line_of(definition)
+        steps: list[Any] = []
+        self._statements(definition.body, path, steps, node, 0)
+        return steps
+
+    def _statements(self, body: Iterable[ast.stmt], path: str, steps: list[Any], around: Node, depth: int) -> None:
+        """Append the steps of statements to ``steps``, which stand at ``path``."""
+        for statement in body:
+            self._reckoner.spend(1)
+            if depth > MOST_DEEP:
+                self._refuse("blocks-too-deep", statement, most=MOST_DEEP)
+                return
+            self._statement(statement, path, steps, around, depth)
+
+    def _statement(self, statement: ast.stmt, path: str, steps: list[Any], around: Node, depth: int) -> None:
+        here = f"{path}[{len(steps)}]"
+        match statement:
+            case ast.Expr(value=ast.Constant(value=str())) | ast.Pass() | ast.Global():
+                pass
+            case ast.Expr(value=ast.Call(func=ast.Name(id=name)) as call) if name in self.definitions:
+                self._own_call(call, path, steps, around, depth)
+            case ast.Expr(value=value):
+                steps.append(self._called(value, here, around, depth))
+            case ast.If():
+                self._if(statement, path, steps, around, depth)
+            case ast.While(test=test, body=body, orelse=[]):
+                until = negated(self._condition(test))
+                if until is True:
+                    return
+                content = {} if until is False else {"until": until}
+                self._compound(statement, here, {RepeatStep.kind: content}, steps, around)
+                inside: list[Any] = []
+                content["steps"] = inside
+                self._statements(body, f"{here}.repeat.steps", inside, around.parts[-1], depth + 1)
+            case ast.For(target=ast.Name(), orelse=[]):
+                self._for(statement, path, steps, around, depth)
+            case ast.Assign(targets=[ast.Name(id=name)], value=value):
+                self._assign(statement, name, value, here, steps, around)
+            case ast.AugAssign(target=ast.Name(id=name), op=ast.Add() | ast.Sub(), value=value):
+                by = self._count_of(value)
+                if isinstance(statement.op, ast.Sub):
+                    by = -by
+                content = {"counter": name, "by": by}
+                self._compound(statement, here, {"change": content}, steps, around, value, "by")
+            case _:
+                self._refuse_statement(statement)
+
+    def _compound(
+        self,
+        statement: ast.stmt,
+        path: str,
+        document: dict[str, Any],
+        steps: list[Any],
+        around: Node,
+        value: ast.expr | None = None,
+        field: str = "",
+    ) -> None:
+        """Append a step that a statement is, and take note of where it stands; ``value`` is that of its ``field``."""
+        if not self._leads and not self._is_counted_repeat(document):
+            self._refuse("followers-cannot-decide", statement)
+        self._reckoner.spend(STEP_COST)
+        self.spans[path] = self.source.first_line_of(statement)
+        around.parts.append(Node(path, *self.source.extent(statement)))
+        if value is not None:
+            self.spans[f"{path}.{next(iter(document))}.{field}"] = self.source.span(value)
+        steps.append(document)
+
+    def _is_counted_repeat(self, document: dict[str, Any]) -> bool:
+        return "times" in document.get(RepeatStep.kind, {})
+
+    def _refuse_statement(self, statement: ast.stmt) -> None:
+        word = _WORDS.get(type(statement))
+        if word:
+            self._refuse("python-leaves", statement, word=word)
+        elif isinstance(statement, ast.For | ast.While):
+            self._refuse("python-for", statement)
+        else:
+            self._refuse("python-inner-statement", statement)
+
+    def _called(self, value: ast.expr, path: str, around: Node, depth: int) -> dict[str, Any]:
+        """Return the step of a call that stands as a statement."""
+        self._reckoner.spend(STEP_COST)
+        if isinstance(value, ast.Call) and isinstance(value.func, ast.Name):
+            name = self._known_name(value.func.id)
+            if name in (TELL, FLOW):
+                return self._flow_call(name, value, path, around)
+        return self._step(value, path, around, depth)
+
+    def _flow_call(self, name: str, call: ast.Call, path: str, around: Node) -> dict[str, Any]:
+        if not self._leads:
+            self._refuse("followers-cannot-decide", call)
+        self._name_of(call)
+        node = self._node(path, call)
+        around.parts.append(node)
+        self._calls[f"{path}.{name}"] = call
+        if name == TELL:
+            if len(call.args) != 1 or call.keywords:
+                self._refuse("python-tell", call)
+                return {}
+            (told,) = call.args
+            self.spans[f"{path}.tell.step"] = self.source.span(told)
+            if isinstance(told, ast.Call):
+                return {TELL: {"step": self._step(told, f"{path}.tell.step", Node("", 0, 0), 0)}}
+            return {TELL: {"step": self._value(told)}}
+        content = {}
+        for key, argument, _ in self._arguments(call, flow_steps.FlowStep):
+            self.spans[f"{path}.{name}.{key}"] = self.source.span(argument)
+            content[key] = self._value(argument)
+        return {FLOW: content}
+
+    def _own_call(self, call: ast.Call, path: str, steps: list[Any], around: Node, depth: int) -> None:
+        """Read a call of a function of the text: a step, or the function's own steps where it has parameters."""
+        name = call.func.id if isinstance(call.func, ast.Name) else ""
+        definition = self.definitions[name]
+        if name in (LEADER, FOLLOWERS) or name in self._open[1:] or (name in self._open and definition.args.args):
+            self._refuse("recursion", call, name=name)
+            return
+        here = f"{path}[{len(steps)}]"
+        if self._leads and not definition.args.args:
+            if call.args or call.keywords:
+                self._refuse("python-arguments", call, name=name, names="")
+            self.spans[here] = self.source.span(call)
+            around.parts.append(Node(here, *self.source.extent(call)))
+            steps.append({DoStep.kind: name})
+            return
+        self.is_plain[self._function] = False
+        known = dict(self._reckoner.names)
+        values = self._bound(call, definition)
+        if values is None:
+            return
+        self._reckoner.names = known | values
+        self._open.append(name)
+        self._statements(definition.body, path, steps, Node("", 0, 0), depth + 1)
+        self._open.pop()
+        self._reckoner.names = known
+
+    def _bound(self, call: ast.Call, definition: ast.FunctionDef) -> dict[str, Any] | None:
+        """Return the values of a function's parameters in a call; None, with an error, where they are others."""
+        names = [argument.arg for argument in definition.args.args]
+        defaults = definition.args.defaults
+        values = dict(zip(names[len(names) - len(defaults) :], defaults, strict=True))
+        values |= dict(zip(names, call.args, strict=False))
+        values |= {keyword.arg: keyword.value for keyword in call.keywords if keyword.arg in names}
+        known = {keyword.arg for keyword in call.keywords} <= set(names)
+        if len(call.args) > len(names) or not known or set(values) != set(names):
+            self._refuse("python-arguments", call, name=definition.name, names=", ".join(names))
+            return None
+        return {name: self._value(value) for name, value in values.items()}
+
+    def _if(self, statement: ast.If, path: str, steps: list[Any], around: Node, depth: int) -> None:
+        condition = self._condition(statement.test)
+        if isinstance(condition, bool):
+            self.is_plain[self._function] = False
+            body = statement.body if condition else statement.orelse
+            self._statements(body, path, steps, around, depth)
+            return
+        here = f"{path}[{len(steps)}]"
+        then: list[Any] = []
+        other: list[Any] = []
+        self._compound(statement, here, {IfStep.kind: {"when": condition, "then": then, "else": other}}, steps, around)
+        node = around.parts[-1]
+        self._statements(statement.body, f"{here}.if.then", then, node, depth + 1)
+        self._statements(statement.orelse, f"{here}.if.else", other, node, depth + 1)
+
+    def _for(self, statement: ast.For, path: str, steps: list[Any], around: Node, depth: int) -> None:
+        """Read a loop: a repeat, or its turns one by one where its variable is used."""
+        name = statement.target.id if isinstance(statement.target, ast.Name) else ""
+        read = [node for part in statement.body for node in ast.walk(part) if isinstance(node, ast.Name)]
+        is_used = any(node.id == name and isinstance(node.ctx, ast.Load) for node in read)
+        match statement.iter:
+            case ast.Call(func=ast.Name(id="range"), args=[most], keywords=[]) if not is_used:
+                times = self._value(most)
+                if times == 0:
+                    return
+                here = f"{path}[{len(steps)}]"
+                content: dict[str, Any] = {"times": times}
+                self._compound(statement, here, {RepeatStep.kind: content}, steps, around, most, "times")
+                turn: list[Any] = []
+                content["steps"] = turn
+                self._statements(statement.body, f"{here}.repeat.steps", turn, around.parts[-1], depth + 1)
+                return
+        try:
+            values = self._reckoner.values(statement.iter)
+        except UnknownValueError:
+            self._refuse("python-for", statement)
+            return
+        self.is_plain[self._function] = False
+        known = dict(self._reckoner.names)
+        for value in values:
+            self._reckoner.names[name] = value
+            self._statements(statement.body, path, steps, Node("", 0, 0), depth)
+        self._reckoner.names = known
+
+    def _assign(
+        self, statement: ast.stmt, name: str, value: ast.expr, path: str, steps: list[Any], around: Node
+    ) -> None:
+        if name not in self._counters:
+            self._reckoner.names[name] = self._value(value)
+            self.is_plain[self._function] = False
+            return
+        content: dict[str, Any] = {"counter": name}
+        field, given = "to", value
+        match value:
+            case ast.Call(func=ast.Name(id=called), args=[most], keywords=[]) if self._known_name(called) == RANDOM:
+                self._name_of(value)
+                field, given = "random", most
+            case ast.BinOp(left=ast.Name(id=same), op=ast.Add() | ast.Sub() as op, right=by) if same == name:
+                number = self._count_of(by)
+                content["by"] = -number if isinstance(op, ast.Sub) else number
+                self._compound(statement, path, {"change": content}, steps, around, by, "by")
+                return
+        content[field] = self._count_of(given)
+        self._compound(statement, path, {"set": content}, steps, around, given, field)
+
+    def _count_of(self, value: ast.expr) -> Any:
+        """Return a number for a counter."""
+        number = self._value(value, "python-no-count")
+        return number if isinstance(number, int | float) else 0
+
+    def _read_values(self, assignments: Iterable[tuple[str, ast.Assign]]) -> None:
+        """Work out the values that names have for the whole text; counters begin at 0."""
+        for name, statement in assignments:
+            if name not in self._counters:
+                self._reckoner.names[name] = self._value(statement.value)
+            elif self._value(statement.value) != 0:
+                edit = Fix(TEXT, "0", self.source.span(statement.value))
+                self._refuse("python-counter-begins", statement, [edit], name=name)
+
+
+def _done_in(document: Any) -> Iterator[str]:
+    """Yield the functions that steps in a document do."""
+    if isinstance(document, list):
+        for part in document:
+            yield from _done_in(part)
+    if isinstance(document, dict):
+        for key, part in document.items():
+            if key == DoStep.kind and isinstance(part, str):
+                yield part
+            yield from _done_in(part)
