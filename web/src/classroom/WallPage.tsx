@@ -2,7 +2,7 @@
 
 import { lazy, type ReactNode, Suspense, useCallback, useEffect, useRef, useState } from "react";
 import { type Answer, decodePicture } from "../api/world";
-import type { ClassView, TeacherAbout, TeacherAnswer, ClassWall, WallWorld } from "../generated/classroom";
+import type { TeacherAbout, ClassWall, WallWorld } from "../generated/classroom";
 import type { Goals, Sentence } from "../generated/messages";
 import { inLanguage, type KeyIn, useTexts } from "../i18n";
 import { Action, Page } from "../ui/page";
@@ -12,23 +12,10 @@ import { Avatar } from "./Avatar";
 import { Tiles } from "./drawing";
 import { HowToJoin } from "./TeacherClass";
 import { AllStages, WorldCanvas } from "./Stages";
+import { useClass } from "./useClass";
 import css from "./class.module.css";
 
 const ShownBlocks = lazy(() => import("./ShownBlocks"));
-
-/** The class, as it changes. */
-export function useClass(): { view: ClassView | null; open: boolean } {
-  const [view, setView] = useState<ClassView | null>(null);
-  const [open, setOpen] = useState(false);
-  useEffect(() => {
-    const stream = new ClassStream<TeacherAnswer>("/api/teacher/stream", {
-      onAnswer: (answer) => answer.is === "class" && setView(answer),
-      onLink: setOpen,
-    });
-    return () => stream.close();
-  }, []);
-  return { view, open };
-}
 
 /** Show the children to who has signed in as the teacher in this browser, and to others the way there. */
 function TeacherOnly({ title, children }: { title: KeyIn<"class">; children: ReactNode }) {
