@@ -120,7 +120,7 @@ function WallPage() {
   const pupil = view?.pupils.find((each) => each.id === id);
   if (id === null)
     return (
-      <Page title={titleOr(view?.title, t("wallTitle"))} tools={<b className={css.code}>{view?.code}</b>}>
+      <Page title={titleOr(view?.title, t("wallTitle"))} tools={<b className={css.code}>{view?.code}</b>} className={css.wide}>
         {view && !open && <p className={css.notice}>{t("linkLost")}</p>}
         {view && <AllStages pupils={view.pupils} mat={view.mat} />}
         {view?.pupils.length === 0 && <HowToJoin view={view} />}
@@ -160,7 +160,7 @@ function MatPage() {
   const entries = view?.mat.entries.map((id) => view.pupils.find((pupil) => pupil.id === id)) ?? [];
   const title = view && view.mat.state !== "closed" ? inLanguage(view.mat.title) : t("matTitle");
   return (
-    <Page title={title} tools={<b className={css.code}>{view?.code}</b>}>
+    <Page title={title} tools={<b className={css.code}>{view?.code}</b>} className={css.wide}>
       {view?.mat.state === "closed" && <p className={css.notice}>{t("matClosed")}</p>}
       {view?.mat.state === "collecting" && (
         <>
