@@ -10,7 +10,7 @@ MORE := .venv/.more
 COMPILE = $(BIN)/python -m compileall -qq -j 0 -x '/(babel|dask|fontTools|mypy|mypyc|numba|pip|setuptools)/' .venv src
 INSTALL = $(PIP) install --no-compile --no-deps --require-hashes --requirement
 
-.PHONY: setup run demo page wheel site quick test soak lint types format generate stale docs bench screenshots lock clean
+.PHONY: setup run demo page wheel site quick test soak lint types format generate stale docs bench screenshots stages lock clean
 
 run: $(USERS) ## the studio, in the browser
 	$(BIN)/motorcade studio
@@ -118,6 +118,9 @@ bench: $(MORE)
 
 screenshots: setup ## the README's pictures of the studio
 	$(BIN)/python -m scripts.screenshots
+
+stages: setup ## looks at the stages of all missions and examples at five sizes
+	$(BIN)/python -m scripts.stages
 
 LOCK = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header
 

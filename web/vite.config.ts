@@ -88,6 +88,22 @@ function texts(): Plugin {
   };
 }
 
+/** Puts the widths that ui/tokens.css declares by `@custom-media`, which browsers don't know yet, where style sheets name them. */
+function widths(): Plugin {
+  const tokens = join(import.meta.dirname, "src/ui/tokens.css");
+  const declared = /@custom-media (--[\w-]+) (.*);\n/g;
+  return {
+    name: "widths",
+    enforce: "pre",
+    transform(code, id) {
+      if (!id.split("?")[0]!.endsWith(".css") || !id.includes("/src/")) return null;
+      const known = new Map([...readFileSync(tokens, "utf-8").matchAll(declared)].map(([, name, width]) => [name!, width!]));
+      const named = (all: string, before: string, name: string) => before + (known.get(name) ?? this.error(`no width ${name} in ui/tokens.css: ${all}`));
+      return code.replace(declared, "").replace(/(@(?:media|container) )\((--[\w-]+)\)/g, named);
+    },
+  };
+}
+
 /** Blockly's pictures, served beside the page: no other host is ever asked for them. */
 function blocklyMedia(): Plugin {
   const media = join(dirname(createRequire(import.meta.url).resolve("blockly")), "media");
@@ -138,7 +154,7 @@ function pyodide(): Plugin {
 /** What is fetched only when the page's script runs, yet every stage needs it. */
 const STAGE = "/mat/Stage.tsx";
 
-/** Names the chunk of a module: a chunk for all that only the studio's pages need, and one for the stage. */
+/** Names the chunk of a module: a chunk for all that only the studio's pages need, one for the stage, one for what asks. */
 function chunkNames(): (module: string, graph: Rolldown.ChunkingContext) => string | null {
   let names: Map<string, string | null> | null = null;
   const find = (graph: Rolldown.ChunkingContext) => {
@@ -149,7 +165,12 @@ function chunkNames(): (module: string, graph: Rolldown.ChunkingContext) => stri
       const { importedIds = [], dynamicallyImportedIds = [] } = graph.getModuleInfo(module) ?? {};
       for (const each of [...importedIds, ...(isWhole ? dynamicallyImportedIds : [])]) add(each, name, isWhole);
     };
+    // A small page fetches the question, and React Aria with it, when it first asks something: in one piece.
+    const question = join(import.meta.dirname, "src/ui/QuestionDialog.tsx");
+    found.set(question, "kit");
     for (const page of ["remote", "classroom"]) add(join(import.meta.dirname, `src/${page}/main.tsx`), null, true);
+    found.delete(question);
+    add(question, "kit", false);
     add(join(import.meta.dirname, "src/app/App.tsx"), "studio", false);
     add(join(import.meta.dirname, "src/mat/Stage.tsx"), "stage", false);
     return found;
@@ -204,7 +225,7 @@ export default defineConfig({
   // Relative addresses: the site may be below any path.
   base: "./",
   worker: { format: "es" },
-  plugins: [react(), texts(), blocklyMedia(), pyodide(), stageFirst()],
+  plugins: [react(), widths(), texts(), blocklyMedia(), pyodide(), stageFirst()],
   build: {
     outDir: "../src/motorcade/server/page",
     emptyOutDir: true,
@@ -224,5 +245,5 @@ export default defineConfig({
     host: "127.0.0.1",
     proxy: { "^/(api/|drive/|camera|assets/blockly/)": { target: STUDIO, ws: true, changeOrigin: true, headers: { origin: STUDIO } } },
   },
-  test: { environment: "jsdom", isolate: false, setupFiles: "src/test-setup.ts", include: ["src/**/*.test.{ts,tsx}"] },
+  test: { environment: "jsdom", isolate: false, testTimeout: 30_000, hookTimeout: 60_000, setupFiles: "src/test-setup.ts", include: ["src/**/*.test.{ts,tsx}"] },
 });

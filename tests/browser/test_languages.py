@@ -118,11 +118,6 @@ def test_the_language_changes_at_once_and_is_remembered(open_page) -> None:
     expect(studio.page.locator("html")).to_have_attribute("lang", re.compile("^zh"))
 
 
-def test_a_browser_that_prefers_chinese_gets_chinese(open_page) -> None:
-    studio = open_page(language=None, locale="zh-CN")
-    expect(studio.page.get_by_role("region", name="主机", exact=True)).to_be_visible()
-
-
 def marked(texts: dict | str) -> dict | str:
     """The same texts, each between marks."""
     if isinstance(texts, str):

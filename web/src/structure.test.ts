@@ -14,6 +14,7 @@ const read = (pattern: string) =>
   );
 const files = read("**/*.{ts,tsx}");
 const styles = read("**/*.module.css");
+const kit = read("ui/*.css").get("ui/layout.css")!;
 
 /** The files that a file imports: for types alone and lazily too. */
 function importsOf(path: string, text: string): string[] {
@@ -77,5 +78,21 @@ describe("the style sheets", () => {
     const used = new Set(uses.filter((use) => use.sheet === sheet).flatMap(({ classes }) => classes));
     const defined = definedIn(styles.get(sheet)!);
     expect({ unused: [...defined].filter((name) => !used.has(name)), undefined: [...used].filter((name) => !defined.has(name)) }).toEqual({ unused: [], undefined: [] });
+  });
+
+  it("share the classes of ui/layout.css: all that are named exist, and all that exist are named", () => {
+    const composed = [...styles.values()].flatMap((css) => [...css.matchAll(/composes: (.*) from global;/g)].map((match) => match[1]!));
+    // Whatever stands in quotes where a class can stand.
+    const named = [...files].flatMap(([path, text]) =>
+      path.includes(".test.") ? [] : [...text.matchAll(/className="([^"]*)"|classes\(([^;{}]*)/g)].flatMap(([, plain, joined]) => plain ?? [...(joined ?? "").matchAll(/(?:^|, |&& )"([a-z -]+)"/g)].map((match) => match[1]!)),
+    );
+    const used = new Set([...composed, ...named].flatMap((names) => names.split(" ")));
+    const defined = new Set([...kit.matchAll(/\.([a-z][a-z-]*)/g)].map((match) => match[1]!));
+    expect({ unused: [...defined].filter((name) => !used.has(name)), undefined: [...used].filter((name) => !defined.has(name)) }).toEqual({ unused: [], undefined: [] });
+  });
+
+  it("name widths of the page in ui/tokens.css alone", () => {
+    const own = [...styles].filter(([, css]) => /@(media|container)[^{]*(width|height|orientation)/.test(css)).map(([path]) => path);
+    expect(own).toEqual([]);
   });
 });

@@ -9,7 +9,7 @@ import { session } from "../mat/session";
 import { useDraft } from "../missions/draft";
 import { MissionStrip } from "../missions/MissionStrip";
 import { useMission } from "../missions/store";
-import { SocketNotice } from "../network/SocketNotice";
+import { SocketNotice } from "../ui/SocketNotice";
 import { usePair } from "../pair/store";
 import { attempt } from "../projects/actions";
 import { useSettings } from "../state/settings";
@@ -23,14 +23,13 @@ import { openEditors, prepare, prepareEditors } from "./start";
 import { Tour } from "./Tour";
 import css from "./app.module.css";
 import areas from "../ui/areas.module.css";
-import controls from "../ui/controls.module.css";
 import { classes } from "../ui/classes";
 import { TextButton } from "../ui/controls";
 
 function SkipLinks() {
   const t = useTexts();
   return (
-    <nav className={css.skipLinks} aria-label={t("app.skip")}>
+    <nav className={classes("unprinted", css.skipLinks)} aria-label={t("app.skip")}>
       <a
         href="#leader-blocks"
         onClick={(event) => {
@@ -62,7 +61,7 @@ function LoadedStage() {
   useEffect(() => void stage.then(setLoaded, setFailure), []);
   // The boundary around it shows that it can't be fetched.
   if (failure) throw failure;
-  return loaded ? <loaded.Stage /> : <p className={classes(controls.quiet, areas.loading)}>{t("app.loading")}</p>;
+  return loaded ? <loaded.Stage /> : <p className={classes("quiet", areas.loading)}>{t("app.loading")}</p>;
 }
 
 /** The stage, made after the rest of the page. */
@@ -75,7 +74,7 @@ function StageArea() {
     </div>
   );
   return (
-    <section className={classes(css.stageArea, areas.panel)} id="stage" tabIndex={-1} aria-label={t("mat.title")}>
+    <section className={classes("unprinted", css.stageArea, areas.panel)} id="stage" tabIndex={-1} aria-label={t("mat.title")}>
       <ErrorBoundary fallback={failed}>
         <LoadedStage />
       </ErrorBoundary>
@@ -104,10 +103,10 @@ function Work() {
     if (due) openEditors();
   }, [due]);
   return (
-    <main className={css.work} data-alone={alone ?? undefined} data-drawer={drawer || undefined} data-larger={larger} data-compiled={compiled || undefined} data-task={isPlayed || isWritten || undefined}>
-      <div className={css.blocks}>
+    <main className={classes("printed-whole", css.work)} data-alone={alone ?? undefined} data-drawer={drawer || undefined} data-larger={larger} data-compiled={compiled || undefined} data-task={isPlayed || isWritten || undefined}>
+      <div className={classes("printed-whole", css.blocks)}>
         <MissionStrip />
-        {due ? <Editors key={`${language} ${level}`} /> : <p className={classes(controls.quiet, areas.loading)}>{t("app.loading")}</p>}
+        {due ? <Editors key={`${language} ${level}`} /> : <p className={classes("quiet", areas.loading)}>{t("app.loading")}</p>}
         <Problems />
       </div>
       <Divider
@@ -176,10 +175,10 @@ export function App() {
   return (
     // Numbers and units follow the page's language, not the browser's.
     <I18nProvider locale={language}>
-      <div className={css.app} data-alone={alone ?? undefined} style={{ "--share": share } as CSSProperties}>
+      <div className={classes("printed-whole", css.app)} data-alone={alone ?? undefined} style={{ "--share": share } as CSSProperties}>
         <SkipLinks />
         <Header />
-        <div className={css.banners}>
+        <div>
           <ServerBanner />
           <SocketNotice />
           {ready && isPair && (
@@ -193,7 +192,7 @@ export function App() {
             </Suspense>
           )}
         </div>
-        {ready ? <Work /> : <p className={classes(controls.quiet, areas.loading)}>{t("app.loading")}</p>}
+        {ready ? <Work /> : <p className={classes("quiet", areas.loading)}>{t("app.loading")}</p>}
         {ready && <Tour />}
         <Dialogs />
         <Notices />

@@ -2,12 +2,13 @@ import { createElement, lazy, Suspense } from "react";
 import { useTexts } from "../i18n";
 import { closeDialog, type DialogName, notify, useDialogs, dismiss } from "../state/dialogs";
 import { ErrorBoundary, reload } from "../ui/areas";
-import { Sheet, IconButton, TextButton } from "../ui/controls";
-import controls from "../ui/controls.module.css";
+import { IconButton, TextButton } from "../ui/controls";
 import { Icon } from "../ui/icons";
+import QuestionDialog from "../ui/QuestionDialog";
 import { useStudio } from "../state/studio";
-import css from "./app.module.css";
+import areas from "../ui/areas.module.css";
 import dialogs from "./dialogs.module.css";
+import { classes } from "../ui/classes";
 
 const projectDialogs = () => import("../projects/ProjectDialogs");
 const DIALOGS: Record<DialogName, React.ComponentType> = {
@@ -20,24 +21,6 @@ const DIALOGS: Record<DialogName, React.ComponentType> = {
   run: lazy(async () => ({ default: (await import("../timeline/RunSheet")).RunSheet })),
   help: lazy(async () => ({ default: (await import("./HelpDialog")).HelpDialog })),
 };
-
-function QuestionDialog() {
-  const t = useTexts();
-  const question = useDialogs((state) => state.question);
-  if (!question) return null;
-  return (
-    <Sheet title={question.title} onClose={() => question.answer("no")} role="alertdialog">
-      <p>{question.text}</p>
-      <footer className={controls.sheetFoot}>
-        <TextButton autoFocus onPress={() => question.answer("no")}>{t("app.cancel")}</TextButton>
-        {question.other && (
-          <TextButton onPress={() => question.answer("other")}>{question.other}</TextButton>
-        )}
-        <TextButton primary onPress={() => question.answer("yes")}>{question.yes}</TextButton>
-      </footer>
-    </Sheet>
-  );
-}
 
 /** The open dialog, and the question above it. A dialog that can't be fetched is closed with a notice. */
 export function Dialogs() {
@@ -62,7 +45,7 @@ export function Notices() {
   const t = useTexts();
   const notices = useDialogs((state) => state.notices);
   return (
-    <div className={dialogs.notices} role="log" aria-live="polite" aria-label={t("app.notices")}>
+    <div className={classes("unprinted", dialogs.notices)} role="log" aria-live="polite" aria-label={t("app.notices")}>
       {notices.map(({ id, text, tone, action }) => (
         <div key={id} className={dialogs.notice} data-tone={tone}>
           <span>{text}</span>
@@ -91,9 +74,9 @@ export function ServerBanner() {
   const problem = lacksWebAssembly ? "noWebAssembly" : state;
   const text = problem === "ready" || problem === "starting" ? null : t(`server.${problem}`, { host: location.host });
   return (
-    <div className={css.serverBanner} role="alert">
+    <div className="unprinted" role="alert">
       {text && (
-        <p>
+        <p className={areas.warning}>
           <Icon name="warning" />
           {text}
         </p>

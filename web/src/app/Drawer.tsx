@@ -53,7 +53,7 @@ export function Drawer() {
   return (
     <section
       id="drawer"
-      className={classes(css.drawer, areas.panel)}
+      className={classes("printed-whole", css.drawer, areas.panel)}
       data-open={open || undefined}
       tabIndex={-1}
       aria-label={t("drawer.title")}
@@ -69,11 +69,11 @@ export function Drawer() {
         />
       )}
       <Tabs
-        className={css.tabs}
+        className="column flush fill printed-whole"
         selectedKey={shown}
         onSelectionChange={(key) => useSettings.setState({ drawer: { tab: key as DrawerTab, open: drawer.open } })}
       >
-        <div className={css.bar} onPointerDownCapture={noteBefore} onKeyDownCapture={noteBefore}>
+        <div className={classes("unprinted", css.bar)} onPointerDownCapture={noteBefore} onKeyDownCapture={noteBefore}>
           {/* What scrolls is not the list itself: React Aria would scroll that back, away from under a finger, when it gets the focus. */}
           <div className={css.scroller}>
             <TabList className={css.tablist} aria-label={t("drawer.title")}>

@@ -50,7 +50,7 @@ function FileMenu() {
         <span className={css.buttonText}>{t("menu.project")}</span>
       </TextButton>
       <Popover className={controls.popover} placement="bottom start">
-        <Menu className={controls.menu} aria-label={t("menu.project")}>
+        <Menu aria-label={t("menu.project")}>
           {item("menu.new", () => void startNew())}
           {item("menu.open", () => void openFile())}
           {item("menu.examples", () => openDialog("examples"))}
@@ -96,7 +96,7 @@ function LevelMenu() {
       </TextButton>
       <Popover className={controls.popover} placement="bottom end">
         <Menu
-          className={controls.menu}
+         
           aria-label={t("level.title")}
           selectionMode="single"
           disallowEmptySelection
@@ -108,7 +108,7 @@ function LevelMenu() {
               <Icon name="done" />
               <span className={css.level}>
                 <Text slot="label">{t(`level.${each}`)}</Text>
-                <Text slot="description">{t(`level.${each}About`)}</Text>
+                <Text slot="description" className="quiet small">{t(`level.${each}About`)}</Text>
               </span>
             </MenuItem>
           ))}
@@ -126,7 +126,7 @@ function SettingsMenu() {
     <MenuTrigger>
       <IconButton icon="settings" label={t("settings.title")} />
       <Popover className={controls.popover} placement="bottom end">
-        <Menu className={controls.menu} aria-label={t("settings.title")}>
+        <Menu aria-label={t("settings.title")}>
           <MenuSection selectionMode="single" disallowEmptySelection selectedKeys={[language]}>
             <MenuTitle className={controls.menuTitle}>{t("settings.language")}</MenuTitle>
             {languages().map((each) => (
@@ -199,7 +199,7 @@ export function Header() {
         <Input maxLength={80} placeholder={t("project.unnamed")} />
       </TextField>
       <Saved />
-      <div className={css.headerTools}>
+      <div className={classes("unprinted", css.headerTools)}>
         <History />
         <TextButton quiet onPress={() => openDialog("missions")}>
           <Icon name="star" />

@@ -44,7 +44,7 @@ export function HelpDialog() {
   ];
   return (
     <Sheet title={t("help.title")} wide>
-      <ul className={dialogs.helpTopics}>
+      <ul className="stack">
         {TOPICS.map((topic) => (
           <li key={topic}>
             <b>{t(`help.topics.${topic}.title`)}</b> {t(`help.topics.${topic}.text`)}
@@ -55,9 +55,9 @@ export function HelpDialog() {
       <h3>{t("help.shortcuts")}</h3>
       <dl className={dialogs.shortcuts}>
         {rows.map(({ name, text, keys }) => (
-          <div key={name}>
+          <div key={name} className="row apart">
             <dt>{text}</dt>
-            <dd>
+            <dd className="wrap">
               {keys.map((key) => (
                 <kbd key={key}>{key}</kbd>
               ))}

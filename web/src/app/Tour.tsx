@@ -7,6 +7,7 @@ import { IconButton, TextButton } from "../ui/controls";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import dialogs from "./dialogs.module.css";
+import { classes } from "../ui/classes";
 
 const STEPS = ["blocks", "followers", "drive"] as const;
 /** What the page lights up at each step. */
@@ -57,13 +58,13 @@ export function Tour() {
     else if (step !== "welcome") setAt(at + 1);
   };
   return (
-    <aside className={dialogs.tour} data-step={step} aria-labelledby="tour-title">
-      <header>
+    <aside className={classes("unprinted", dialogs.tour)} data-step={step} aria-labelledby="tour-title">
+      <header className="row apart">
         <b id="tour-title">{t(`tour.${step}.title`)}</b>
         <IconButton icon="close" label={t("tour.skip")} onPress={end} />
       </header>
       <p aria-live="polite">{t(`tour.${step}.text`)}</p>
-      <footer>
+      <footer className="wrap apart">
         <span>{step !== "welcome" && t("tour.step", { at: at + 1, of: STEPS.length })}</span>
         <TextButton primary onPress={next}>{t(`tour.${step}.next`)}</TextButton>
       </footer>

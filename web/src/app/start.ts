@@ -17,6 +17,7 @@ import { BLANK, markSaved, markUnsaved, loadProject, watchUnsaved } from "../pro
 import { watchOtherWindows } from "../projects/windows";
 import { resumeMission, watchMissions } from "../missions/store";
 import { notify, openDialog, useDialogs } from "../state/dialogs";
+import { useQuestion } from "../state/questions";
 import { endEdit, redo, undo } from "../state/history";
 import { own, startOtherTabs } from "../state/otherTabs";
 import { useSettings } from "../state/settings";
@@ -53,7 +54,8 @@ const isText = (target: Element) => target.matches("input, textarea, select, [co
 
 function press(event: KeyboardEvent): void {
   if (event.defaultPrevented || event.altKey || !(event.target instanceof Element)) return;
-  const { open, question } = useDialogs.getState();
+  const { open } = useDialogs.getState();
+  const { question } = useQuestion.getState();
   const command = event.ctrlKey || event.metaKey;
   const action = (command ? COMMANDS : SINGLE)[event.key];
   const saves = command && event.key === "s";

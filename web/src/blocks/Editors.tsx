@@ -89,7 +89,7 @@ function Editor({ editor }: { editor: EditorName }) {
   }, [editor, generation]);
 
   return (
-    <div className={css.host} ref={host} id={`${editor}-blocks`}>
+    <div className={classes("unprinted", css.host)} ref={host} id={`${editor}-blocks`}>
       <Owner editor={editor} />
       <Mistake editor={editor} host={host} />
     </div>
@@ -171,7 +171,7 @@ export function Editors() {
   const followed = useStudio((studio) => studio.followers !== null);
   const share = useSettings((settings) => settings.shares.editors);
   return (
-    <div className={classes(css.editors, areas.panel)}>
+    <div className={classes("printed-whole", css.editors, areas.panel)}>
       <EditorBar followed={followed} />
       <div className={css.panes} style={{ "--share": followed ? share : 1 } as CSSProperties} data-followed={followed}>
         <EditorPane editor="leader" />

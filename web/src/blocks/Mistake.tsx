@@ -66,7 +66,7 @@ export function Mistake({ editor, host }: { editor: EditorName; host: RefObject<
     <div className={css.column} style={{ left: place.left, "--top": `${place.top}px` } as CSSProperties}>
       <div className={css.mistake} role="note" aria-label={t("words.diagnostics")}>
         <p>{sentence}</p>
-        <div className={css.fixes}>
+        <div className="wrap">
           <FixButtons diagnostic={wrong} />
           <TextButton quiet onPress={() => setHidden(sentence)}>{t("app.dismiss")}</TextButton>
         </div>

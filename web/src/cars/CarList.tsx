@@ -5,6 +5,7 @@ import { LastingStream, openSocket } from "../api/connection";
 import type { CarRow, CarsAnswer, CarsOrder, CarsShown, Sentence } from "../generated/messages";
 import { inLanguage, type KeyIn, useTexts } from "../i18n";
 import { Icon } from "../ui/icons";
+import { Action, Problem, Tick } from "../ui/page";
 import css from "./cars.module.css";
 
 interface CarListProps {
@@ -59,38 +60,33 @@ export function CarList({ path, image, program, stopsElsewhere = false }: CarLis
   const all = cars.filter(({ kind, away }) => kind === "car" && !away).map(({ where }) => where);
   return (
     <section className={css.cars} aria-label={t("title")}>
-      <div className={css.tools}>
+      <div className="wrap">
         {!stopsElsewhere && (
           <>
-            <button type="button" className={css.stop} onClick={() => order({ do: "stop" })}>
-              {t("stopAll")}
-            </button>
-            <button type="button" onClick={() => order({ do: "go" })}>
-              {t("go")}
-            </button>
+            <Action danger onClick={() => order({ do: "stop" })}>{t("stopAll")}</Action>
+            <Action onClick={() => order({ do: "go" })}>{t("go")}</Action>
           </>
         )}
-        <button type="button" className={css.load} disabled={!image || chosen.length === 0} onClick={() => image && order({ do: "load", where: chosen, image, program })}>
+        <Action primary className={css.load} disabled={!image || chosen.length === 0} onClick={() => image && order({ do: "load", where: chosen, image, program })}>
           {t("load", { count: chosen.length })}
-        </button>
+        </Action>
       </div>
-      {image === null && <p className={css.quiet}>{t("noImage")}</p>}
+      {image === null && <p className="quiet">{t("noImage")}</p>}
       {!open && <p role="status">{t("lost")}</p>}
-      {problem && <p role="alert" className={css.problem}>{inLanguage(problem)}</p>}
-      {shown?.problem && <p className={css.quiet}>{inLanguage(shown.problem)}</p>}
+      <Problem text={problem ? inLanguage(problem) : ""} />
+      {shown?.problem && <p className="quiet">{inLanguage(shown.problem)}</p>}
       {shown && cars.length === 0 && <p>{t("none")}</p>}
       {all.length > 1 && (
-        <label className={css.all}>
-          <input type="checkbox" checked={all.every((where) => ticked.has(where))} onChange={(event) => setTicked(new Set(event.target.checked ? all : []))} />
+        <Tick checked={all.every((where) => ticked.has(where))} onChange={(checked) => setTicked(new Set(checked ? all : []))}>
           {t("tickAll", { count: all.length })}
-        </label>
+        </Tick>
       )}
-      <ul>
+      <ul className={css.list}>
         {cars.map((car) => (
           <Row key={car.where} car={car} ticked={ticked.has(car.where)} onTick={() => tick(car.where)} onBlink={() => order({ do: "blink", where: [car.where] })} />
         ))}
       </ul>
-      {shown && shown.others.length > 0 && <p className={css.quiet}>{t("others", { list: shown.others.join(", ") })}</p>}
+      {shown && shown.others.length > 0 && <p className="quiet">{t("others", { list: shown.others.join(", ") })}</p>}
     </section>
   );
 }
@@ -117,23 +113,23 @@ function Row({ car, ticked, onTick, onBlink }: RowProps) {
   ].filter(Boolean);
   const key = verdictKey(car);
   return (
-    <li data-away={car.away}>
+    <li className={css.car} data-away={car.away}>
       <input type="checkbox" aria-label={t("tick", { name: car.name })} checked={ticked} disabled={!isCar} onChange={onTick} />
       <span className={css.dot} data-away={car.away} aria-hidden />
       <span className={css.about}>
         <b>{car.name}</b>
-        <small>{about.join(" · ")}</small>
+        <small className="quiet">{about.join(" · ")}</small>
         {key && (
-          <small role="status" data-holds={car.holds}>
+          <small role="status" className="quiet" data-holds={car.holds}>
             {key === "new" && <Icon name="done" />} {t(key)} {car.error && car.holds !== "away" ? inLanguage(car.error) : ""}
           </small>
         )}
-        {car.problem && !key && <small className={css.problem}>{inLanguage(car.problem)}</small>}
+        {car.problem && !key && <small className="wrong">{inLanguage(car.problem)}</small>}
       </span>
       {isCar && (
-        <button type="button" disabled={car.away} aria-label={t("blinkNamed", { name: car.name })} onClick={onBlink}>
+        <Action disabled={car.away} aria-label={t("blinkNamed", { name: car.name })} onClick={onBlink}>
           {t("blink")}
-        </button>
+        </Action>
       )}
     </li>
   );

@@ -9,7 +9,7 @@ import type { BegunWord, Difference } from "../generated/messages";
 import { inLanguage, say, useTexts } from "../i18n";
 import type { Box } from "../mat/camera";
 import { colourOfWord, colourWords } from "../mat/colours";
-import fields from "../mat/fields.module.css";
+import fields from "../ui/fields.module.css";
 import { useMat } from "../mat/store";
 import { useMission } from "../missions/store";
 import { useStudio, useWords } from "../state/studio";
@@ -18,7 +18,6 @@ import { watchSize } from "../ui/areas";
 import { Sheet, TextButton } from "../ui/controls";
 import { storyOf } from "../words/story";
 import { playFrom, trials, useTrials } from "./trials";
-import controls from "../ui/controls.module.css";
 import css from "./certainty.module.css";
 
 interface ComparisonProps {
@@ -53,7 +52,7 @@ export function Comparison({ names, onClose }: ComparisonProps) {
         {!problem && !difference && <p>{t("compare.looking")}</p>}
         {difference && <p className={css.told}>{differenceText(difference, names)}</p>}
         {difference?.exact_ms != null && (
-          <p className={controls.quiet}>{t("compare.exact", { seconds: difference.exact_ms / 1000, car: difference.exact_car })}</p>
+          <p className="quiet">{t("compare.exact", { seconds: difference.exact_ms / 1000, car: difference.exact_car })}</p>
         )}
       </div>
       {difference && (
@@ -67,7 +66,7 @@ export function Comparison({ names, onClose }: ComparisonProps) {
             ))}
           </div>
           <Lanes difference={difference} names={names} tMs={tMs} onSeek={(to) => trials.show(to)} />
-          <div className={css.transport}>
+          <div className="wrap loose">
             <TextButton small onPress={() => setPlaying(!playing)}>{playing ? t("mat.pause") : t("mat.play")}</TextButton>
             <TextButton small isDisabled={difference.kind === "none"} onPress={() => trials.show(difference.t_ms)}>
               {t("compare.parting")}

@@ -11,7 +11,6 @@ import { openDrawer } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { playFrom, trials, useTrials } from "./trials";
 import { TextButton } from "../ui/controls";
-import controls from "../ui/controls.module.css";
 import css from "./certainty.module.css";
 
 /** So many failures are told; they are much alike. */
@@ -69,7 +68,7 @@ export function LuckPart({ onCompare }: LuckProps) {
       ) : (
         <>
           <LuckBar />
-          {!luck && <p className={controls.quiet}>{t("luck.how")}</p>}
+          {!luck && <p className="quiet">{t("luck.how")}</p>}
           {!luck && (
             <TextButton small isDisabled={!hasImage} onPress={() => trials.begin()}>{t("luck.begin")}</TextButton>
           )}
@@ -113,7 +112,7 @@ function Failures({ failed, onCompare }: LuckProps & { failed: readonly number[]
           );
         })}
       </ul>
-      {failed.length > MOST_TOLD && <p className={controls.quiet}>{t("luck.andMore", { count: failed.length - MOST_TOLD })}</p>}
+      {failed.length > MOST_TOLD && <p className="quiet">{t("luck.andMore", { count: failed.length - MOST_TOLD })}</p>}
       {usual !== undefined && seed !== usual && (
         <TextButton small onPress={() => playFrom(usual, 0, [])}>{t("luck.usual")}</TextButton>
       )}

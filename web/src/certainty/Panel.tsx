@@ -9,7 +9,6 @@ import { LuckPart } from "./LuckMeter";
 import { StopList } from "./StopTools";
 import { presentRun, type Run, trials, useTrials } from "./trials";
 import { TextButton } from "../ui/controls";
-import controls from "../ui/controls.module.css";
 import css from "./certainty.module.css";
 
 /** Without a mission two runs are compared for so long. */
@@ -40,7 +39,7 @@ export function CertaintyPanel() {
       <div className={css.column}>
       <section className={css.part} aria-label={t("compare.title")}>
         <h3>{t("compare.title")}</h3>
-        <p className={controls.quiet}>{t("compare.how")}</p>
+        <p className="quiet">{t("compare.how")}</p>
         <TextButton
           small
           isDisabled={!image}

@@ -3,7 +3,7 @@
 import type { MissionZone } from "../generated/messages";
 import { inLanguage, useTexts } from "../i18n";
 import type { PieceId } from "../mat/document";
-import { ToolButton } from "../mat/fields";
+import { ToolButton } from "../ui/fields";
 import { session } from "../mat/session";
 import { choose, useMat } from "../mat/store";
 import { useMission } from "../missions/store";
@@ -11,16 +11,15 @@ import { openDrawer } from "../state/settings";
 import { clock } from "../timeline/events";
 import { IconButton, TextButton } from "../ui/controls";
 import { addStop, CAR_KINDS, nameOf, removeStop, useStops, zoneStop } from "./stops";
-import controls from "../ui/controls.module.css";
-import fields from "../mat/fields.module.css";
 import mat from "../mat/mat.module.css";
 import css from "./certainty.module.css";
+import { classes } from "../ui/classes";
 
 /** Stop when something happens to this car. */
 export function CarStops({ car }: { car: number }) {
   const t = useTexts();
   return (
-    <div className={fields.row} role="group" aria-label={t("stops.when")}>
+    <div className="wrap" role="group" aria-label={t("stops.when")}>
       <b>{t("stops.when")}</b>
       {CAR_KINDS.map((kind) => (
         <ToolButton key={kind} icon="stop" wide label={t(`stops.${kind}`, { who: t("stops.it") })} onPress={() => addStop({ condition: { kind, car } })} />
@@ -94,20 +93,20 @@ export function StopList() {
   return (
     <section className={css.part} aria-label={t("stops.title")}>
       <h3>{t("stops.title")}</h3>
-      <p className={controls.quiet}>{t("stops.how")}</p>
-      <div className={fields.row}>
+      <p className="quiet">{t("stops.how")}</p>
+      <div className="wrap">
         {CAR_KINDS.map((kind) => (
           <ToolButton key={kind} icon="plus" wide label={t(`stops.${kind}`, { who: t("stops.anyCar") })} onPress={() => addStop({ condition: { kind } })} />
         ))}
       </div>
       {zones.length > 0 && (
-        <div className={fields.row}>
+        <div className="wrap">
           {zones.map((zone) => (
             <ToolButton key={zone.name} icon="plus" wide label={nameOf(zoneStop(zone))} onPress={() => addStop(zoneStop(zone))} />
           ))}
         </div>
       )}
-      <ul className={css.stops} aria-label={t("stops.chosen")}>
+      <ul className={classes("wrap", css.stops)} aria-label={t("stops.chosen")}>
         {stops.map((stop, place) => (
           <li key={place}>
             <span>{nameOf(stop)}</span>

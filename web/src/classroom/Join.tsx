@@ -4,11 +4,13 @@ import { type ReactNode, useEffect, useState } from "react";
 import type { ClassAbout, Self } from "../generated/classroom";
 import { RefusedError } from "../api/service";
 import { useTexts } from "../i18n";
+import { Action, Field, Form, Page, Problem } from "../ui/page";
+import { titleOr, useAttempt } from "./attempt";
 import { askClass, askToJoin } from "./ask";
 import { Avatar } from "./Avatar";
-import { Action, Field, Form, Frame, Problem, titleOr, useAttempt } from "./Frame";
 import css from "./class.module.css";
 import { secretInAddress } from "./secret";
+import { classes } from "../ui/classes";
 
 /** Into the studio, with the shared link that led here, if one did. */
 const enterStudio = () => location.assign(`/${location.hash}`);
@@ -18,7 +20,7 @@ function Card({ me, title, children }: { me: Self; title: "welcomeBack" | "hello
   const t = useTexts("class");
   return (
     <section className={css.card} aria-live="polite">
-      <div className={css.who}>
+      <div className={classes("row loose", css.who)}>
         <Avatar name={me.avatar} />
         <h2>{t(title, { name: me.name })}</h2>
       </div>
@@ -31,7 +33,7 @@ function TheCode({ code, onCode, problem, onCheck }: { code: string; onCode: (co
   const t = useTexts("class");
   return (
     <Form onSubmit={onCheck}>
-      <Field label="code" hint="codeHint" value={code} onChange={onCode} most={20} />
+      <Field label={t("code")} hint={t("codeHint")} value={code} onChange={onCode} most={20} />
       <Problem text={problem} />
       <Action type="submit" primary disabled={!code.trim()}>
         {t("next")}
@@ -47,7 +49,7 @@ function Newcomer({ avatars, join }: { avatars: readonly string[]; join: (name: 
   const [avatar, setAvatar] = useState(() => avatars[Math.floor(Math.random() * avatars.length)] ?? "");
   return (
     <Form onSubmit={() => void attempt(() => join(name, avatar))}>
-      <Field label="nickname" hint="nicknameHint" value={name} onChange={setName} most={20} />
+      <Field label={t("nickname")} hint={t("nicknameHint")} value={name} onChange={setName} most={20} />
       <fieldset className={css.avatars}>
         <legend>{t("yourCar")}</legend>
         {avatars.map((each, place) => (
@@ -78,8 +80,8 @@ function ComeBack({ comeBack }: { comeBack: (name: string, number: string) => Pr
   const [number, setNumber] = useState("");
   return (
     <Form onSubmit={() => void attempt(() => comeBack(name, number))}>
-      <Field label="nickname" value={name} onChange={setName} most={20} />
-      <Field label="number" hint="numberHint" value={number} onChange={setNumber} most={4} numeric />
+      <Field label={t("nickname")} value={name} onChange={setName} most={20} />
+      <Field label={t("number")} hint={t("numberHint")} value={number} onChange={setNumber} most={4} numeric />
       <Problem text={problem} />
       <Action type="submit" primary disabled={!name.trim() || number.trim().length !== 4}>
         {t("comeIn")}
@@ -161,13 +163,13 @@ export function Join() {
     );
   };
   return (
-    <Frame title={titleOr(about?.title, t("joinTitle"))} narrow>
+    <Page title={titleOr(about?.title, t("joinTitle"))} className={css.narrow}>
       {about && !about.is_open && !about.me && <p className={css.notice}>{t("closed")}</p>}
       <Problem text={about && !about.me && !checked ? "" : problem} />
       {body()}
       <p>
         <a href="/privacy">{t("privacyTitle")}</a>
       </p>
-    </Frame>
+    </Page>
   );
 }

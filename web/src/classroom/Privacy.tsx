@@ -1,7 +1,7 @@
 /** What the class stores, where, and for how long. */
 
 import { useTexts } from "../i18n";
-import { Frame } from "./Frame";
+import { Page } from "../ui/page";
 import css from "./class.module.css";
 
 const POINTS = ["privacyRoom", "privacyStored", "privacyTeacher", "privacyOthers", "privacyEnd", "privacyCookie"] as const;
@@ -9,7 +9,7 @@ const POINTS = ["privacyRoom", "privacyStored", "privacyTeacher", "privacyOthers
 export function Privacy() {
   const t = useTexts("class");
   return (
-    <Frame title={t("privacyTitle")} narrow>
+    <Page title={t("privacyTitle")} className={css.narrow}>
       <ul className={css.points}>
         {POINTS.map((point) => (
           <li key={point}>{t(point)}</li>
@@ -18,6 +18,6 @@ export function Privacy() {
       <p>
         <a href="/join">{t("back")}</a>
       </p>
-    </Frame>
+    </Page>
   );
 }

@@ -103,7 +103,7 @@ export default function ShownBlocks({ pupil }: { pupil: string }) {
   useEffect(() => void prepare().then(() => setReady(language), () => undefined), [language]);
   if (ready !== language || !programs) return null;
   return (
-    <div className={css.programs} key={language}>
+    <div className="column" key={language}>
       {EDITORS.map((editor) => programs[editor] && <Program key={editor} editor={editor} state={programs[editor]} />)}
     </div>
   );

@@ -79,7 +79,7 @@ function PupilTile({ world, pupil, tiles }: { world: WallWorld; pupil: PupilRow;
       <Avatar name={pupil.avatar} />
       <b>{pupil.name}</b>
       {pupil.goals > 0 && <span>{t("goalsMet", { met: pupil.goals_met, goals: pupil.goals })}</span>}
-      {state !== "works" && <span className={css.tileState}>{t(state)}</span>}
+      {state !== "works" && <span className="warned end">{t(state)}</span>}
     </Tile>
   );
 }

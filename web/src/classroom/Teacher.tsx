@@ -9,10 +9,12 @@ import { CarsPart, MatPart } from "./TeacherDriving";
 import { PupilsPart } from "./TeacherPupils";
 import { HandOutPart, ProgressPart } from "./TeacherWork";
 import { Icon } from "../ui/icons";
-import { Action, Field, Form, Frame, Problem, titleOr, useAttempt } from "./Frame";
+import buttons from "../ui/buttons.module.css";
+import { Action, Field, Form, Page, Problem } from "../ui/page";
+import { titleOr, useAttempt } from "./attempt";
 import css from "./class.module.css";
 import { secretInAddress } from "./secret";
-import { useClass } from "./WallPage";
+import { useClass } from "./useClass";
 
 const SHORTEST_PASSWORD = 8;
 
@@ -31,8 +33,8 @@ function Password({ about, onSignedIn }: { about: TeacherAbout; onSignedIn: () =
       {(!isFirst || secretInAddress) && (
         <>
           <Field
-            label="password"
-            hint={isFirst ? "passwordHint" : undefined}
+            label={t("password")}
+            hint={isFirst ? t("passwordHint") : undefined}
             type="password"
             value={password}
             onChange={setPassword}
@@ -65,27 +67,27 @@ function SignedIn({ onSignedOut }: { onSignedOut: () => void }) {
       <Action aria-pressed={view?.frozen ?? false} disabled={!view} onClick={() => void attempt(() => askTeacher("freeze", { frozen: !view!.frozen }))}>
         {t(view?.frozen ? "thaw" : "freeze")}
       </Action>
-      <a className={css.linkButton} href="/wall" target="wall">
+      <a className={buttons.button} href="/wall" target="wall">
         {t("wallTitle")}
       </a>
       <Action onClick={() => void attempt(() => askTeacher("sign-out")).then((done) => done && onSignedOut())}>{t("signOut")}</Action>
     </>
   );
   return (
-    <Frame title={titleOr(view?.title, t("teacherTitle"))} tools={tools}>
+    <Page title={titleOr(view?.title, t("teacherTitle"))} tools={tools} className={css.wide}>
       {!open && view && <p className={css.notice}>{t("linkLost")}</p>}
       <Problem text={problem} />
       {view?.disk && <Problem text={inLanguage(view.disk)} />}
       <nav className={css.parts} aria-label={t("teacherTitle")}>
         {(Object.keys(PARTS) as Part[]).map((each) => (
-          <button key={each} type="button" aria-current={each === part ? "page" : undefined} onClick={() => setPart(each)}>
+          <button key={each} type="button" className={css.part} aria-current={each === part ? "page" : undefined} onClick={() => setPart(each)}>
             {t(each)}
             {each === "pupils" && hands > 0 && <span className={css.badge}><Icon name="hand" /> {hands}</span>}
           </button>
         ))}
       </nav>
       {view && <Shown view={view} />}
-    </Frame>
+    </Page>
   );
 }
 
@@ -99,9 +101,9 @@ export function Teacher() {
   }, []);
   if (about?.signed_in) return <SignedIn onSignedOut={() => setAbout({ has_password: true, signed_in: false })} />;
   return (
-    <Frame title={t("teacherTitle")} narrow>
+    <Page title={t("teacherTitle")} className={css.narrow}>
       <Problem text={problem} />
       {about && <Password about={about} onSignedIn={() => setAbout({ has_password: true, signed_in: true })} />}
-    </Frame>
+    </Page>
   );
 }

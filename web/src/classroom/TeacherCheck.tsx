@@ -7,8 +7,9 @@ import { MOST_BYTES, MOST_FILES } from "../generated/classroom";
 import { inLanguage, useLanguage, useTexts } from "../i18n";
 import { listen } from "../ui/areas";
 import { chooseFile, chooseFiles, choosesFolders, download, fileName } from "../ui/files";
+import { Action, Problem } from "../ui/page";
+import { useAttempt } from "./attempt";
 import { askReport, type ReportOrder } from "./ask";
-import { Action, Problem, useAttempt } from "./Frame";
 import css from "./class.module.css";
 import { chosenFiles, droppedFiles, type Found, readWork, refusal, workOf } from "./workFiles";
 
@@ -88,9 +89,9 @@ export function Report({ missions }: { missions: ClassProgress["missions"] }) {
     if (!checking) void droppedFiles(data).then(checkFiles);
   });
   return (
-    <section className={css.stack} aria-label={t("checkReport")}>
+    <section className="stack loose" aria-label={t("checkReport")}>
       <p>{t("checkAbout")}</p>
-      <div className={css.row}>
+      <div className="wrap">
         <select aria-label={t("checkMission")} value={mission} onChange={({ target }) => setMission(target.value)}>
           <MissionOptions missions={missions} />
         </select>
@@ -99,7 +100,7 @@ export function Report({ missions }: { missions: ClassProgress["missions"] }) {
       </div>
       <div role="group" aria-labelledby={elsewhere} className={css.drop} data-over={over || undefined}>
         <p id={elsewhere}>{t("checkElsewhere")}</p>
-        <div className={css.row}>
+        <div className="wrap">
           {choosesFolders() && <Action onClick={() => void choose(true)} disabled={checking}>{t("checkFolder")}</Action>}
           <Action onClick={() => void choose(false)} disabled={checking}>{t("checkFiles")}</Action>
         </div>

@@ -3,8 +3,11 @@
 import { useEffect, useState } from "react";
 import type { ClassAddresses, ClassView } from "../generated/classroom";
 import { inLanguage, useTexts } from "../i18n";
+import buttons from "../ui/buttons.module.css";
+import { Action, Field, Form, Problem, Tick } from "../ui/page";
+import { useAttempt } from "./attempt";
+import { confirm } from "../state/questions";
 import { askTeacher } from "./ask";
-import { Action, Field, Form, Problem, useAttempt } from "./Frame";
 import css from "./class.module.css";
 
 /** How pupils find the class, where the QR code leads to; `canChange`: the teacher may choose that address, and a new code. */
@@ -17,7 +20,10 @@ export function HowToJoin({ view, canChange = false }: { view: ClassView; canCha
     // Another code gives another QR code.
     // eslint-disable-next-line react-hooks/exhaustive-deps
   }, [view.code]);
-  const renew = () => confirm(t("newCodeAsk")) && void attempt(async () => setFound(await askTeacher("new-code")));
+  const renew = async () => {
+    const agreed = await confirm({ title: t("newCode"), text: t("newCodeAsk"), yes: t("newCode") });
+    if (agreed) await attempt(async () => setFound(await askTeacher("new-code")));
+  };
   const choose = (address: string) => void attempt(async () => setFound(await askTeacher("choose-address", { address })));
   const choosable = canChange && (found?.addresses.length ?? 0) > 1;
   return (
@@ -34,20 +40,19 @@ export function HowToJoin({ view, canChange = false }: { view: ClassView; canCha
               {found.addresses.map((address, place) => (
                 <li key={address} className={css.address}>
                   {choosable ? (
-                    <label className={css.line}>
-                      <input type="radio" name="address" checked={place === 0} onChange={() => choose(address)} />
+                    <Tick group="address" checked={place === 0} onChange={() => choose(address)}>
                       {address}
-                    </label>
+                    </Tick>
                   ) : (
                     address
                   )}
                 </li>
               ))}
             </ul>
-            {choosable && <p className={css.quiet}>{t("chooseAddress")}</p>}
-            {canChange && found.addresses.some((address) => !address.startsWith("https:")) && <p className={css.quiet}>{t("plainHttp")}</p>}
-            {canChange && found.why_no_name && <p className={css.quiet}>{inLanguage(found.why_no_name)}</p>}
-            {canChange && <Action onClick={renew}>{t("newCode")}</Action>}
+            {choosable && <p className="quiet small">{t("chooseAddress")}</p>}
+            {canChange && found.addresses.some((address) => !address.startsWith("https:")) && <p className="quiet small">{t("plainHttp")}</p>}
+            {canChange && found.why_no_name && <p className="quiet small">{inLanguage(found.why_no_name)}</p>}
+            {canChange && <Action onClick={() => void renew()}>{t("newCode")}</Action>}
           </div>
         </>
       )}
@@ -64,16 +69,15 @@ function Settings({ view }: { view: ClassView }) {
     <section aria-label={t("classSettings")}>
       <h2>{t("classSettings")}</h2>
       <Form onSubmit={() => set({ title })}>
-        <Field label="classTitle" value={title} onChange={setTitle} />
+        <Field label={t("classTitle")} value={title} onChange={setTitle} />
         <Action type="submit" disabled={title === view.title}>
           {t("keep")}
         </Action>
       </Form>
-      <label className={css.line}>
-        <input type="checkbox" checked={view.is_open} onChange={(event) => set({ is_open: event.target.checked })} />
+      <Tick checked={view.is_open} onChange={(is_open) => set({ is_open })}>
         {t("isOpen")}
-      </label>
-      <label className={css.line}>
+      </Tick>
+      <label className="row">
         {t("stuckAfter")}
         <input
           type="number"
@@ -93,13 +97,17 @@ function TheEnd() {
   const { problem, attempt } = useAttempt();
   const [password, setPassword] = useState("");
   const [ended, setEnded] = useState(false);
+  const end = async () => {
+    const agreed = await confirm({ title: t("endTitle"), text: t("endAsk"), yes: t("endTitle") });
+    if (agreed) setEnded(await attempt(() => askTeacher("end", { password })));
+  };
   if (ended) return <p role="status">{t("classEnded")}</p>;
   return (
     <section aria-label={t("endTitle")}>
       <h2>{t("endTitle")}</h2>
       <p>{t("endAbout")}</p>
-      <Form onSubmit={() => confirm(t("endAsk")) && void attempt(() => askTeacher("end", { password })).then(setEnded)}>
-        <Field label="password" type="password" value={password} onChange={setPassword} most={200} autoComplete="current-password" />
+      <Form onSubmit={() => void end()}>
+        <Field label={t("password")} type="password" value={password} onChange={setPassword} most={200} autoComplete="current-password" />
         <Problem text={problem} />
         <Action type="submit" danger disabled={!password}>
           {t("endTitle")}
@@ -117,7 +125,7 @@ export function ClassPart({ view }: { view: ClassView }) {
       <section aria-label={t("collectTitle")}>
         <h2>{t("collectTitle")}</h2>
         <p>{t("collectAbout")}</p>
-        <a className={css.linkButton} href="/api/teacher/work.zip" download>
+        <a className={buttons.button} href="/api/teacher/work.zip" download>
           {t("collect")}
         </a>
       </section>

@@ -6,8 +6,10 @@ import type { CompiledBlocks, StoredProject } from "../generated/messages";
 import { post } from "../api/connection";
 import { CarList } from "../cars/CarList";
 import { useTexts } from "../i18n";
+import buttons from "../ui/buttons.module.css";
+import { Action, Choice, Problem } from "../ui/page";
+import { useAttempt } from "./attempt";
 import { askTeacher } from "./ask";
-import { Action, Problem, useAttempt } from "./Frame";
 import { MissionOptions } from "./TeacherCheck";
 import { useOwnProjects } from "./TeacherWork";
 import css from "./class.module.css";
@@ -20,8 +22,8 @@ export function CarsPart({ view }: { view: ClassView }) {
   const [missed, setMissed] = useState<readonly string[]>([]);
   const stop = () => attempt(async () => setMissed(await askTeacher("stop-all")));
   return (
-    <section className={css.stack} aria-label={t("cars")}>
-      <div className={css.row}>
+    <section className="stack loose" aria-label={t("cars")}>
+      <div className="wrap">
         {view.stopped ? (
           <Action onClick={() => void attempt(() => askTeacher("release-all"))}>{t("releaseAll")}</Action>
         ) : (
@@ -31,24 +33,21 @@ export function CarsPart({ view }: { view: ClassView }) {
         )}
         {view.stopped && <b role="status">{t("allStopped")}</b>}
       </div>
-      {view.stopped && missed.length > 0 && <p className={css.problem}>{t("notReached", { cars: missed.join(", ") })}</p>}
+      {view.stopped && missed.length > 0 && <p className="wrong">{t("notReached", { cars: missed.join(", ") })}</p>}
       <Problem text={problem} />
       {view.shared.map(({ name, holder }) => (
-        <label key={name} className={css.line}>
-          {name || t("cable")}{" "}
-          <select value={holder ?? NOBODY} onChange={(event) => void attempt(() => askTeacher("pass-on", { name, pupil: event.target.value || null }))}>
-            <option value={NOBODY}>{t("nobody")}</option>
-            {view.pupils.map((pupil) => (
-              <option key={pupil.id} value={pupil.id}>
-                {pupil.name}
-              </option>
-            ))}
-          </select>
-        </label>
+        <Choice key={name} label={name || t("cable")} value={holder ?? NOBODY} onChange={(pupil) => void attempt(() => askTeacher("pass-on", { name, pupil: pupil || null }))}>
+          <option value={NOBODY}>{t("nobody")}</option>
+          {view.pupils.map((pupil) => (
+            <option key={pupil.id} value={pupil.id}>
+              {pupil.name}
+            </option>
+          ))}
+        </Choice>
       ))}
-      {view.shared.length === 1 && <p className={css.quiet}>{t("noRealCars")}</p>}
+      {view.shared.length === 1 && <p className="quiet small">{t("noRealCars")}</p>}
       <h2>{t("programmedCars")}</h2>
-      <p className={css.quiet}>{t("programmedCarsAbout")}</p>
+      <p className="quiet small">{t("programmedCarsAbout")}</p>
       <ProgrammedCars />
     </section>
   );
@@ -77,15 +76,12 @@ function ProgrammedCars() {
   };
   return (
     <>
-      <label className={css.line}>
-        {t("carProject")}{" "}
-        <select value={name} onChange={(event) => choose(event.target.value)}>
-          <option value={NO_PROJECT}>{t("chooseProject")}</option>
-          {projects.map((project) => (
-            <option key={project.name}>{project.name}</option>
-          ))}
-        </select>
-      </label>
+      <Choice label={t("carProject")} value={name} onChange={choose}>
+        <option value={NO_PROJECT}>{t("chooseProject")}</option>
+        {projects.map((project) => (
+          <option key={project.name}>{project.name}</option>
+        ))}
+      </Choice>
       <Problem text={image === null ? t("wrongProject", { name }) : problem} />
       <CarList path="/api/teacher/cars" image={image ?? NO_IMAGE} program={name} stopsElsewhere />
     </>
@@ -108,23 +104,17 @@ export function MatPart({ view }: { view: ClassView }) {
     <section aria-label={t("mat")}>
       <p>{t("matAbout")}</p>
       {mat.state === "closed" ? (
-        <div className={css.row}>
-          <label>
-            {t("matKind")}{" "}
-            <select value={mission} onChange={(event) => setMission(event.target.value)}>
-              <option value={FREE}>{t("matFree")}</option>
-              <MissionOptions missions={missions} />
-            </select>
-          </label>
+        <div className="wrap">
+          <Choice label={t("matKind")} value={mission} onChange={setMission}>
+            <option value={FREE}>{t("matFree")}</option>
+            <MissionOptions missions={missions} />
+          </Choice>
           {mission === FREE && (
-            <label>
-              {t("followersEach")}{" "}
-              <select value={followers} onChange={(event) => setFollowers(Number(event.target.value))}>
-                {Array.from({ length: MOST_FOLLOWERS + 1 }, (_, count) => (
-                  <option key={count}>{count}</option>
-                ))}
-              </select>
-            </label>
+            <Choice label={t("followersEach")} value={followers} onChange={(count) => setFollowers(Number(count))}>
+              {Array.from({ length: MOST_FOLLOWERS + 1 }, (_, count) => (
+                <option key={count}>{count}</option>
+              ))}
+            </Choice>
           )}
           <Action primary onClick={() => void attempt(open)}>
             {t("matOpen")}
@@ -133,18 +123,18 @@ export function MatPart({ view }: { view: ClassView }) {
       ) : (
         <>
           <p role="status">{t("matCollecting", { count: mat.entries.length, places: mat.places })}</p>
-          <ol className={css.queue}>
+          <ol className={css.points}>
             {mat.entries.map((id) => (
               <li key={id}>{view.pupils.find((pupil) => pupil.id === id)?.name ?? id}</li>
             ))}
           </ol>
-          <div className={css.row}>
+          <div className="wrap">
             {mat.state === "collecting" && (
               <Action primary disabled={mat.entries.length === 0} onClick={() => void attempt(() => askTeacher("mat/start"))}>
                 {t("matStart")}
               </Action>
             )}
-            <a className={css.linkButton} href="/mat" target="mat">
+            <a className={buttons.button} href="/mat" target="mat">
               {t("matShow")}
             </a>
             <Action onClick={() => void attempt(() => askTeacher("mat/close"))}>{t("matClose")}</Action>

@@ -3,11 +3,14 @@
 import { useState } from "react";
 import type { ClassView, PupilRow, PupilLibrary } from "../generated/classroom";
 import { useLanguage, useTexts } from "../i18n";
+import { confirm } from "../state/questions";
 import { askTeacher } from "./ask";
 import { Avatar } from "./Avatar";
 import { Icon } from "../ui/icons";
-import { Action, Form, Problem, useAttempt } from "./Frame";
+import { Action, Form, Problem } from "../ui/page";
+import { useAttempt } from "./attempt";
 import css from "./class.module.css";
+import { classes } from "../ui/classes";
 
 /** Raised hands first, by who waits longest; then those who are stuck; then the others in their order. */
 export function byNeed(pupils: readonly PupilRow[]): PupilRow[] {
@@ -23,7 +26,7 @@ function Library({ pupil }: { pupil: PupilRow }) {
   const { problem, attempt } = useAttempt();
   const [library, setLibrary] = useState<PupilLibrary | null>(null);
   const show = () => void attempt(async () => setLibrary(await askTeacher("library", { pupil: pupil.id })));
-  const when = (saved_at: string) => <span className={css.quiet}>{new Date(saved_at).toLocaleString(language)}</span>;
+  const when = (saved_at: string) => <span className="quiet small">{new Date(saved_at).toLocaleString(language)}</span>;
   const link = (name: string, text: string) => (
     <a href={`/?${new URLSearchParams({ pupil: pupil.id, project: name }).toString()}`} target="look">
       {text}
@@ -33,9 +36,9 @@ function Library({ pupil }: { pupil: PupilRow }) {
     <>
       <Action onClick={show}>{t("showProjects")}</Action>
       <Problem text={problem} />
-      {library && !library.draft_at && library.projects.length === 0 && <p className={css.quiet}>{t("noProjects")}</p>}
+      {library && !library.draft_at && library.projects.length === 0 && <p className="quiet small">{t("noProjects")}</p>}
       {library && (
-        <ul className={css.library}>
+        <ul className="stack tight">
           {library.draft_at && (
             <li>
               {link("", t("draft"))} {when(library.draft_at)}
@@ -58,24 +61,25 @@ function Pupil({ pupil }: { pupil: PupilRow }) {
   const { problem, attempt } = useAttempt();
   const [name, setName] = useState(pupil.name);
   const id = pupil.id;
-  const remove = () => {
-    if (confirm(t("removeAsk", { name: pupil.name }))) void attempt(() => askTeacher("remove", { pupil: id }));
+  const remove = async () => {
+    const agreed = await confirm({ title: t("remove"), text: t("removeAsk", { name: pupil.name }), yes: t("remove") });
+    if (agreed) await attempt(() => askTeacher("remove", { pupil: id }));
   };
   return (
     <li className={css.pupil} data-away={!pupil.online || undefined}>
       <Avatar name={pupil.avatar} />
       <b>{pupil.name}</b>
-      <span className={css.states}>
+      <span className={classes("wrap loose", css.states)}>
         {!pupil.online && <span>{t("awayFor", { time: lasting(pupil.away_s) })}</span>}
         {pupil.hand_s !== null && (
-          <span className={css.hand}>
+          <span className="row warned">
             <Icon name="hand" /> {t("handFor", { time: lasting(pupil.hand_s) })}
             <Action onClick={() => void attempt(() => askTeacher("lower-hand", { pupil: id }))} aria-label={t("lowerHandOf", { name: pupil.name })}>
               {t("lowerHand")}
             </Action>
           </span>
         )}
-        {pupil.stuck_s !== null && <span className={css.stuck}>{t("stuckFor", { time: lasting(pupil.stuck_s) })}</span>}
+        {pupil.stuck_s !== null && <span className="warned">{t("stuckFor", { time: lasting(pupil.stuck_s) })}</span>}
         {pupil.goals > 0 && <span>{t("goalsMet", { met: pupil.goals_met, goals: pupil.goals })}</span>}
         <span aria-label={t("starsCount", { count: pupil.stars })}>★ {pupil.stars}</span>
       </span>
@@ -86,10 +90,10 @@ function Pupil({ pupil }: { pupil: PupilRow }) {
         <summary aria-label={t("moreOf", { name: pupil.name })}>{t("more")}</summary>
         <div className={css.moreBody}>
           <p>
-            {t("numberOf", { name: pupil.name })} <b className={css.smallNumber}>{pupil.number}</b>
+            {t("numberOf", { name: pupil.name })} <b className="mono">{pupil.number}</b>
             <Action onClick={() => void attempt(() => askTeacher("reset-number", { pupil: id }))}>{t("resetNumber")}</Action>
           </p>
-          <Form className={css.row} onSubmit={() => void attempt(() => askTeacher("rename", { pupil: id, name }))}>
+          <Form className="wrap" onSubmit={() => void attempt(() => askTeacher("rename", { pupil: id, name }))}>
             <input value={name} maxLength={20} aria-label={t("nickname")} onChange={(event) => setName(event.target.value)} />
             <Action type="submit" disabled={!name.trim() || name === pupil.name}>
               {t("rename")}
@@ -97,7 +101,7 @@ function Pupil({ pupil }: { pupil: PupilRow }) {
           </Form>
           <Library pupil={pupil} />
           <Problem text={problem} />
-          <Action danger onClick={remove}>
+          <Action danger onClick={() => void remove()}>
             {t("remove")}
           </Action>
         </div>

@@ -5,9 +5,10 @@ import type { ClassProgress, ClassView } from "../generated/classroom";
 import { post } from "../api/connection";
 import type { LibraryEntry } from "../generated/messages";
 import { inLanguage, useTexts } from "../i18n";
+import { Action, Problem, Tick } from "../ui/page";
+import { useAttempt } from "./attempt";
 import { askTeacher } from "./ask";
 import { Avatar } from "./Avatar";
-import { Action, Problem, useAttempt } from "./Frame";
 import css from "./class.module.css";
 import { Report } from "./TeacherCheck";
 
@@ -93,22 +94,21 @@ export function HandOutPart({ view }: { view: ClassView }) {
     <section className={css.columns} aria-label={t("handOut")}>
       <fieldset>
         <legend>{t("toWhom")}</legend>
-        <label>
-          <input type="radio" checked={to.length === 0} onChange={() => setTo([])} /> {t("toAll")}
-        </label>
+        <Tick group="to" checked={to.length === 0} onChange={() => setTo([])}>
+          {t("toAll")}
+        </Tick>
         {view.pupils.map((pupil) => (
-          <label key={pupil.id}>
-            <input type="checkbox" checked={to.includes(pupil.id)} onChange={(event) => choose(pupil.id, event.target.checked)} />
+          <Tick key={pupil.id} checked={to.includes(pupil.id)} onChange={(chosen) => choose(pupil.id, chosen)}>
             {pupil.name}
-          </label>
+          </Tick>
         ))}
       </fieldset>
       <div>
         <h2>{t("starters")}</h2>
-        <p className={css.quiet}>
+        <p className="quiet small">
           {t("startersHint")} <a href="/" target="studio">{t("openStudio")}</a>
         </p>
-        <ul className={css.choices}>
+        <ul className="wrap">
           {projects.map(({ name }) => (
             <li key={name}>
               <Action onClick={() => void send({ name }, name)}>{name}</Action>
@@ -116,7 +116,7 @@ export function HandOutPart({ view }: { view: ClassView }) {
           ))}
         </ul>
         <h2>{t("missions")}</h2>
-        <ul className={css.choices}>
+        <ul className="wrap">
           {progress?.missions.map(({ id, name }) => (
             <li key={id}>
               <Action onClick={() => void send({ mission: { id } }, inLanguage(name))}>{inLanguage(name)}</Action>{" "}

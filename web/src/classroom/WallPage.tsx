@@ -2,32 +2,20 @@
 
 import { lazy, type ReactNode, Suspense, useCallback, useEffect, useRef, useState } from "react";
 import { type Answer, decodePicture } from "../api/world";
-import type { ClassView, TeacherAbout, TeacherAnswer, ClassWall, WallWorld } from "../generated/classroom";
+import type { TeacherAbout, ClassWall, WallWorld } from "../generated/classroom";
 import type { Goals, Sentence } from "../generated/messages";
 import { inLanguage, type KeyIn, useTexts } from "../i18n";
+import { Action, Page } from "../ui/page";
+import { titleOr } from "./attempt";
 import { askTeacher, ClassStream } from "./ask";
 import { Avatar } from "./Avatar";
 import { Tiles } from "./drawing";
 import { HowToJoin } from "./TeacherClass";
-import { Action, Frame, titleOr } from "./Frame";
 import { AllStages, WorldCanvas } from "./Stages";
+import { useClass } from "./useClass";
 import css from "./class.module.css";
 
 const ShownBlocks = lazy(() => import("./ShownBlocks"));
-
-/** The class, as it changes. */
-export function useClass(): { view: ClassView | null; open: boolean } {
-  const [view, setView] = useState<ClassView | null>(null);
-  const [open, setOpen] = useState(false);
-  useEffect(() => {
-    const stream = new ClassStream<TeacherAnswer>("/api/teacher/stream", {
-      onAnswer: (answer) => answer.is === "class" && setView(answer),
-      onLink: setOpen,
-    });
-    return () => stream.close();
-  }, []);
-  return { view, open };
-}
 
 /** Show the children to who has signed in as the teacher in this browser, and to others the way there. */
 function TeacherOnly({ title, children }: { title: KeyIn<"class">; children: ReactNode }) {
@@ -36,13 +24,13 @@ function TeacherOnly({ title, children }: { title: KeyIn<"class">; children: Rea
   useEffect(() => void askTeacher("about").then(setAbout, () => undefined), []);
   if (about?.signed_in) return children;
   return (
-    <Frame title={t(title)} narrow>
+    <Page title={t(title)} className={css.narrow}>
       {about && (
         <p>
           {t("projectorNeedsTeacher")} <a href="/teacher">{t("teacherTitle")}</a>
         </p>
       )}
-    </Frame>
+    </Page>
   );
 }
 
@@ -113,7 +101,7 @@ function LargeWorld({ path, label, names, playable = false }: LargeProps) {
         </ul>
       )}
       {playable && (
-        <div className={css.row}>
+        <div className="wrap">
           <Action primary onClick={() => stream.current?.send(playing ? { do: "pause" } : { do: "play", speed: 1 })}>
             {t(playing ? "pause" : "play")}
           </Action>
@@ -132,14 +120,14 @@ function WallPage() {
   const pupil = view?.pupils.find((each) => each.id === id);
   if (id === null)
     return (
-      <Frame title={titleOr(view?.title, t("wallTitle"))} tools={<b className={css.code}>{view?.code}</b>}>
+      <Page title={titleOr(view?.title, t("wallTitle"))} tools={<b className={css.code}>{view?.code}</b>} className={css.wide}>
         {view && !open && <p className={css.notice}>{t("linkLost")}</p>}
         {view && <AllStages pupils={view.pupils} mat={view.mat} />}
         {view?.pupils.length === 0 && <HowToJoin view={view} />}
-      </Frame>
+      </Page>
     );
   return (
-    <Frame title={pupil ? t("stageOf", { name: pupil.name }) : t("wallTitle")} tools={<a href="/wall">{t("allStages")}</a>}>
+    <Page title={pupil ? t("stageOf", { name: pupil.name }) : t("wallTitle")} tools={<a href="/wall">{t("allStages")}</a>} className={css.wide}>
       {view && !pupil && <p className={css.notice}>{t("pupilGone")}</p>}
       {pupil && (
         <div className={css.shown}>
@@ -149,7 +137,7 @@ function WallPage() {
           </Suspense>
         </div>
       )}
-    </Frame>
+    </Page>
   );
 }
 
@@ -172,7 +160,7 @@ function MatPage() {
   const entries = view?.mat.entries.map((id) => view.pupils.find((pupil) => pupil.id === id)) ?? [];
   const title = view && view.mat.state !== "closed" ? inLanguage(view.mat.title) : t("matTitle");
   return (
-    <Frame title={title} tools={<b className={css.code}>{view?.code}</b>}>
+    <Page title={title} tools={<b className={css.code}>{view?.code}</b>} className={css.wide}>
       {view?.mat.state === "closed" && <p className={css.notice}>{t("matClosed")}</p>}
       {view?.mat.state === "collecting" && (
         <>
@@ -183,7 +171,7 @@ function MatPage() {
             {entries.map(
               (pupil) =>
                 pupil && (
-                  <li key={pupil.id}>
+                  <li key={pupil.id} className="row">
                     <Avatar name={pupil.avatar} />
                     {pupil.name}
                   </li>
@@ -198,6 +186,6 @@ function MatPage() {
       {(view?.mat.state === "running" || view?.mat.state === "over") && (
         <LargeWorld path="/api/teacher/mat" label={title} names={entries.map((pupil) => pupil?.name ?? "")} playable />
       )}
-    </Frame>
+    </Page>
   );
 }

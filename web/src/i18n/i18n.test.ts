@@ -1,8 +1,8 @@
-import { afterAll, beforeAll, describe, expect, it } from "vitest";
+import { afterAll, beforeAll, describe, expect, it, vi } from "vitest";
 import remote from "virtual:texts/remote";
 import studio from "virtual:texts/studio";
 import { SWITCHES } from "../generated/driving";
-import { changeLanguage, languages, say, startTexts, textAt, textsOf } from ".";
+import { changeLanguage, languageNow, languages, say, startTexts, textAt, textsOf } from ".";
 
 interface Tree {
   [key: string]: Tree | string;
@@ -101,6 +101,24 @@ describe("the languages", () => {
   it("use the chosen words for leader, follower and word in Chinese", () => {
     const wrong = texts.get("zh")!.filter(([, text]) => /领队|跟随者|追随|单词/.test(text));
     expect(wrong).toEqual([]);
+  });
+});
+
+describe("the first language", () => {
+  it("is the one that was chosen before, else the first of the browser's that exists, else English", async () => {
+    const preferred = vi.spyOn(navigator, "languages", "get");
+    const started = async (...languages: string[]) => {
+      preferred.mockReturnValue(languages);
+      await startTexts(studio);
+      return [languageNow(), document.documentElement.lang];
+    };
+    localStorage.removeItem("motorcade.language");
+    expect(await started("fr-FR", "zh-CN", "en")).toEqual(["zh", "zh"]);
+    expect(await started("fr-FR")).toEqual(["en", "en"]);
+    await changeLanguage("zh");
+    expect(await started("en-GB")).toEqual(["zh", "zh"]);
+    preferred.mockRestore();
+    await changeLanguage("en");
   });
 });
 

@@ -9,8 +9,8 @@ import { carsOf, followersAt, MOST_FOLLOWERS, MOST_ONE_BY_ONE, positionOf, ROOM_
 import { FLOOR_NAMES, floorOf, lossOf, type Mat, withLoss } from "./document";
 import { session } from "./session";
 import { editMat, useMat } from "./store";
-import { Choice, NumberBox, NumberSlider, ToolButton, ToolSwitch } from "./fields";
-import fields from "./fields.module.css";
+import { Choice, NumberBox, NumberSlider, ToolButton, ToolSwitch } from "../ui/fields";
+import fields from "../ui/fields.module.css";
 
 const MOST_LOSS = 0.95;
 const MOST_RANGE_MM = 5000;
@@ -28,7 +28,7 @@ export const CarsPanel = memo(function CarsPanel() {
   return (
     <div className={fields.swarm}>
       {inMission ? <p>{t("missions.matStays")}</p> : <Conditions />}
-      <div className={fields.row}>
+      <div className="wrap">
         <span>{t("mat.floor")}</span>
         <Choice
           label={t("mat.floor")}
@@ -38,7 +38,7 @@ export const CarsPanel = memo(function CarsPanel() {
           onChange={(floor) => editMat({ ...mat, floor })}
         />
       </div>
-      <div className={fields.row}>
+      <div className="wrap">
         <ToolSwitch label={t("mat.tracks")} isSelected={tracks} onChange={(on) => useMat.setState({ tracks: on })} />
         <ToolSwitch label={t("mat.air")} isSelected={air} onChange={(on) => useMat.setState({ air: on })} />
         <ToolSwitch label={t("mat.account.title")} isSelected={caption} onChange={(on) => useSettings.setState({ caption: on })} />
@@ -52,7 +52,7 @@ export const CarsPanel = memo(function CarsPanel() {
           onPress={startHere}
         />
       )}
-      <div className={fields.row}>
+      <div className="wrap">
         {!inMission && <ToolButton icon="file" label={t("mat.open")} wide onPress={() => void openMat()} />}
         <ToolButton icon="download" label={t("mat.save")} wide onPress={saveMat} />
       </div>

@@ -14,9 +14,8 @@ import { Palette } from "./Palette";
 import { PieceInspector, Voices } from "./PieceInspector";
 import { session } from "./session";
 import { choose, chosenCar, useMat } from "./store";
-import { NumberBox, ToolButton, ToolSwitch } from "./fields";
+import { NumberBox, ToolButton, ToolSwitch } from "../ui/fields";
 import { WhyAnswer } from "./Why";
-import fields from "./fields.module.css";
 import css from "./mat.module.css";
 import buttons from "../ui/buttons.module.css";
 import { classes } from "../ui/classes";
@@ -30,7 +29,7 @@ export function Inspector() {
   return (
     <div className={css.inspector}>
       {inMission ? <p>{t("missions.matStays")}</p> : <Palette />}
-      <div className={fields.row}>
+      <div className="wrap">
         <CarPicker car={car} />
         {chosen && !inMission && (
           <>
@@ -56,7 +55,7 @@ function CarPicker({ car }: { car: number | null }) {
   const cars = useMat(({ hello }) => hello?.cars ?? 0);
   const pick = (number: number) => choose({ car: Math.min(cars - 1, Math.max(0, number)) });
   return (
-    <div className={fields.row}>
+    <div className="wrap">
       <ToolButton icon="left" label={t("mat.previousCar")} isDisabled={!cars} onPress={() => pick((car ?? 1) - 1)} />
       <NumberBox label={t("mat.carNumber")} value={car ?? NaN} minValue={0} maxValue={Math.max(0, cars - 1)} isDisabled={!cars} onChange={pick} />
       <ToolButton icon="right" label={t("mat.nextCar")} isDisabled={!cars} onPress={() => pick((car ?? -1) + 1)} />
@@ -74,7 +73,7 @@ function CarInspector({ car }: { car: number }) {
   const canDrive = useStudio(({ capabilities }) => capabilities?.driving ?? false);
   return (
     <section aria-label={t("mat.car", { number: car })}>
-      <div className={fields.row}>
+      <div className="wrap">
         <h3>
           {t("mat.car", { number: car })} · {leads ? t("mat.things.leader") : t("mat.things.follower")}
         </h3>
@@ -136,7 +135,7 @@ function Details({ details }: { details: CarDetails }) {
   const losses = LOSS_REASONS.filter((why): why is Exclude<LossReason, ""> => why !== "").filter((why) => lost[why]);
   return (
     <>
-      <p className={css.word}>
+      <p className={classes("wrap", css.word)}>
         <span className={css.swatch} style={{ background: colourOfWord(colourWords(words), word ?? "") ?? "var(--quiet)" }} />
         {word === null ? t("mat.noWord") : <code>{word.toUpperCase()}</code>}
         {word !== null && <span>{wordText(details)}</span>}

@@ -13,7 +13,7 @@ import { attachPointers, gripAt, nudgeOf } from "./pointer";
 import { chasedCar, choose, type Chosen, chosenCar, chosenPiece, drawRoads, toggleChase, useMat } from "./store";
 import { Scene } from "./scene";
 import { session } from "./session";
-import { ToolButton } from "./fields";
+import { ToolButton } from "../ui/fields";
 import css from "./mat.module.css";
 
 const PAN_PX = 60;

@@ -8,7 +8,6 @@ import { endAll } from "../ui/areas";
 import { describe, Pace, summarize } from "./account";
 import { session } from "./session";
 import { useMat } from "./store";
-import controls from "../ui/controls.module.css";
 import css from "./mat.module.css";
 
 const MINIMUM_MS = 3000;
@@ -47,7 +46,7 @@ export const Narration = memo(function Narration() {
   return (
     <>
       {on && begun && sentence && <p className={css.caption} data-text={sentence} aria-hidden="true" />}
-      <p className={controls.visuallyHidden} aria-live="polite">
+      <p className="unseen" aria-live="polite">
         {on ? announced : ""}
       </p>
     </>

@@ -5,8 +5,9 @@ import { type NewKind, NEW_KINDS, place } from "./actions";
 import { toWorld } from "./camera";
 import { Icon } from "../ui/icons";
 import { drawRoads, useMat } from "./store";
-import fields from "./fields.module.css";
 import css from "./mat.module.css";
+import buttons from "../ui/buttons.module.css";
+import { classes } from "../ui/classes";
 
 interface Drag {
   kind: NewKind;
@@ -55,12 +56,12 @@ export const Palette = memo(function Palette() {
     button.onpointerup = button.onpointercancel = end;
   };
   return (
-    <div className={css.palette} role="toolbar" aria-label={t("mat.palette")}>
+    <div className={classes("wrap", css.palette)} role="toolbar" aria-label={t("mat.palette")}>
       {NEW_KINDS.map((kind) => (
         <button
           key={kind}
           type="button"
-          className={fields.button}
+          className={classes(buttons.button, buttons.tool)}
           aria-label={t("mat.add", { what: t(`mat.things.${kind}`) })}
           disabled={!scene}
           onPointerDown={(event) => take(kind, event)}
@@ -70,7 +71,7 @@ export const Palette = memo(function Palette() {
           <span>{t(`mat.things.${kind}`)}</span>
         </button>
       ))}
-      <button type="button" className={fields.button} aria-pressed={drawing} disabled={!scene} onClick={() => drawRoads(!drawing)}>
+      <button type="button" className={classes(buttons.button, buttons.tool)} aria-pressed={drawing} disabled={!scene} onClick={() => drawRoads(!drawing)}>
         <Icon name="pencil" />
         <span>{t("mat.drawRoad")}</span>
       </button>

@@ -4,11 +4,10 @@ import { useTexts } from "../i18n";
 import { useStudio } from "../state/studio";
 import { carsOf } from "./cars";
 import { canGrow, canLose, changed, FURNITURE, handlesOf, listOf, pieceOf, type PieceId, reshaped, retimed, type Voice, without, withoutPoint, withPointAfter } from "./document";
-import { Quantity, ToolButton, ToolSwitch } from "./fields";
+import { Quantity, ToolButton, ToolSwitch } from "../ui/fields";
 import { RoadInspector } from "./RoadTools";
 import { choose, chosenPiece, editMat, useMat } from "./store";
-import fields from "./fields.module.css";
-import controls from "../ui/controls.module.css";
+import fields from "../ui/fields.module.css";
 import { classes } from "../ui/classes";
 
 const MOST_POINTS = 24;
@@ -20,7 +19,7 @@ export function PieceInspector() {
   const piece = useMat(chosenPiece);
   const cars = carsOf(mat);
   const all = FURNITURE.flatMap((kind) => listOf(mat, kind).map((_, place): PieceId => ({ kind, place })));
-  if (all.length === 0) return <p className={controls.quiet}>{t("mat.onlyCars", { count: cars.leaders + cars.followers })}</p>;
+  if (all.length === 0) return <p className="quiet">{t("mat.onlyCars", { count: cars.leaders + cars.followers })}</p>;
   const key = ({ kind, place }: PieceId) => `${kind} ${place}`;
   return (
     <>
@@ -35,7 +34,7 @@ export function PieceInspector() {
         }}
       >
         {all.map((each) => (
-          <ListBoxItem key={key(each)} id={key(each)} className={fields.thing}>
+          <ListBoxItem key={key(each)} id={key(each)} className="pick">
             {t(`mat.things.${each.kind}`)} {each.place + 1}
           </ListBoxItem>
         ))}
@@ -55,7 +54,7 @@ function Points({ id }: { id: PieceId }) {
   const points = handlesOf(piece);
   const person = "path" in piece ? piece : null;
   return (
-    <div className={fields.points}>
+    <div className={classes("stack", fields.points)}>
       {person && (
         <ToolSwitch
           label={t("mat.repeats")}
@@ -64,7 +63,7 @@ function Points({ id }: { id: PieceId }) {
         />
       )}
       {points.slice(0, MOST_POINTS).map(([x, y], handle) => (
-        <div key={handle} className={fields.row} role="group" aria-label={t("mat.point", { number: handle + 1 })}>
+        <div key={handle} className="wrap" role="group" aria-label={t("mat.point", { number: handle + 1 })}>
           <b aria-hidden="true">{handle + 1}</b>
           {person && (
             <Quantity
@@ -117,7 +116,7 @@ export function Voices() {
   return (
     <section aria-labelledby="mat-voices">
       <h3 id="mat-voices">{t("mat.voices")}</h3>
-      {voices.length === 0 && <p className={controls.quiet}>{t("mat.noVoices")}</p>}
+      {voices.length === 0 && <p className="quiet">{t("mat.noVoices")}</p>}
       {voices.map((voice, place) => (
         <OneVoice
           key={place}
@@ -148,7 +147,7 @@ function OneVoice({ number, voice, middle, onChange, onRemove }: OneVoiceProps) 
   const toggle = (on: boolean) =>
     onChange(on ? without(voice, "centre_m", "radius_m") : { ...voice, centre_m: middle, radius_m: HEARD_M });
   return (
-    <div className={classes(fields.row, fields.voice)} role="group" aria-label={t("mat.voice", { number })}>
+    <div className={classes("wrap", fields.points)} role="group" aria-label={t("mat.voice", { number })}>
       {WORDS.map((each) => (
         <ToolButton
           key={each}

@@ -3,10 +3,9 @@ import { useStudio } from "../state/studio";
 import { putConvoy, turnRoad } from "./actions";
 import { MOST_ONE_BY_ONE } from "./cars";
 import { changed, type Line, type PieceId, pieceOf } from "./document";
-import { Quantity, ToolButton, ToolSwitch } from "./fields";
+import { Quantity, ToolButton, ToolSwitch } from "../ui/fields";
 import { chosenPiece, drawRoads, editMat, useMat } from "./store";
 import { LINE_M } from "./ways";
-import fields from "./fields.module.css";
 import css from "./mat.module.css";
 
 /** While roads are drawn: what to do, the way for the cars onto the newest road, and the end of it. */
@@ -44,11 +43,11 @@ export function RoadInspector({ id }: { id: PieceId }) {
   const change = (what: Parameters<typeof changed>[2]) => editMat(changed(mat, id, what));
   return (
     <>
-      <div className={fields.row}>
+      <div className="wrap">
         <PutConvoy id={id} />
         <ToolButton icon="turnLeft" label={t("mat.turnRoad")} onPress={() => turnRoad(id)} />
       </div>
-      <div className={fields.row}>
+      <div className="wrap">
         <Quantity label={t("mat.lineWidth")} value={line.width_m ?? LINE_M} least={LEAST_M} most={WIDEST_M} onChange={(width_m) => change({ width_m })} />
         <Quantity label={t("mat.lineBend")} value={line.bend_m ?? 0} least={0} most={LARGEST_M} onChange={(bend_m) => change({ bend_m })} />
         <ToolSwitch label={t("mat.lineClosed")} isSelected={line.closed ?? false} onChange={(closed) => change({ closed })} />

@@ -9,7 +9,7 @@ import { useMission } from "../missions/store";
 import { endAll } from "../ui/areas";
 import { BehindView } from "./BehindView";
 import { danceOf } from "./moves";
-import { ToolButton } from "./fields";
+import { ToolButton } from "../ui/fields";
 import { DrawHint } from "./RoadTools";
 import { ZoneGrips } from "../missions/ZoneGrips";
 import { MatCanvas } from "./MatCanvas";

@@ -8,11 +8,11 @@ import { clock } from "../timeline/events";
 import { classes } from "../ui/classes";
 import { valueOf } from "../words/values";
 import { Icon } from "../ui/icons";
-import { Choice, ToolButton } from "./fields";
+import { Choice, ToolButton } from "../ui/fields";
 import { session } from "./session";
 import { useMat } from "./store";
-import fields from "./fields.module.css";
 import css from "./mat.module.css";
+import buttons from "../ui/buttons.module.css";
 
 const SPEEDS = [0.25, 0.5, 1, 2, 4, 8, 16];
 const FRACTIONS: Record<string, string> = { 0.25: "¼", 0.5: "½" };
@@ -30,7 +30,7 @@ export const Transport = memo(function Transport() {
     <div className={css.transport} role="group" aria-label={t("mat.transport")}>
       <Button
         id="mat-play"
-        className={classes(fields.button, fields.main, fields.wide)}
+        className={classes(buttons.button, buttons.tool, buttons.primary)}
         isDisabled={empty}
         onPress={() => (playing ? session.send({ do: "pause" }) : tellWrongBlock() || session.play())}
       >

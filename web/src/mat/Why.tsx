@@ -15,7 +15,6 @@ import { carryOut, changesBlocks, remedyOf } from "./remedies";
 import { session } from "./session";
 import { chasedCar, choose, chosenCar, useMat } from "./store";
 import buttons from "../ui/buttons.module.css";
-import controls from "../ui/controls.module.css";
 import css from "./mat.module.css";
 
 /** The answer, and a button that changes it. It is about the present. */
@@ -60,7 +59,7 @@ function useWordOf(car: number | null): CompiledWord | null {
 function Announced({ text }: { text: string }) {
   const [first] = useState(text);
   return (
-    <p className={controls.visuallyHidden} role="status">
+    <p className="unseen" role="status">
       {first}
     </p>
   );
@@ -104,7 +103,7 @@ export function CarCard() {
         </b>
         <IconButton icon="close" label={t("app.dismiss")} onPress={() => choose(null)} />
       </header>
-      <p className={css.told}>{told}</p>
+      <p className="strong">{told}</p>
       {asked === "bits" && word && <WordBits word={word} profile={profile} />}
       {asked === "story" && details && <WhyAnswer details={details} />}
       {word && (

@@ -9,6 +9,7 @@ import { loadProject } from "../projects/project";
 import { useStudio, useWords } from "../state/studio";
 import { colourOf, isTold } from "../words/bits";
 import css from "./missions.module.css";
+import { classes } from "../ui/classes";
 
 /** The fields that a pupil may flip: neither reserved bits nor the parity, which images write as 0. */
 const FIELDS = FORMATS.control.filter(isTold);
@@ -29,7 +30,7 @@ export function BitEditor() {
   const t = useTexts();
   const words = useWords();
   return (
-    <div className={css.bits} role="group" aria-label={t("missions.bits")}>
+    <div className={classes("stack tight", css.bits)} role="group" aria-label={t("missions.bits")}>
       <p>{t("missions.byBits")}</p>
       {words.map((word, place) =>
         word.part === "header" ? null : (

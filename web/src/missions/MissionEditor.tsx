@@ -3,7 +3,7 @@ import { Input, Label, TextField } from "react-aria-components";
 import { GOAL_KINDS, GROUPS, TIMES } from "../generated/goals";
 import type { MissionZone } from "../generated/messages";
 import { useTexts } from "../i18n";
-import { Choice, Quantity, ToolButton } from "../mat/fields";
+import { Choice, Quantity, ToolButton } from "../ui/fields";
 import { useStudio } from "../state/studio";
 import { classes } from "../ui/classes";
 import { IconButton, TextButton } from "../ui/controls";
@@ -34,7 +34,7 @@ export function MissionEditor({ draft }: { draft: Draft }) {
   const t = useTexts();
   return (
     <section className={classes(css.strip, css.editor)} aria-label={t("missions.editor")}>
-      <header className={css.head}>
+      <header className={classes("wrap", css.head)}>
         <h2>{t("missions.editor")}</h2>
         <TextButton small onPress={() => void saveToLibrary(draft)}>{t("missions.save")}</TextButton>
         <TextButton small onPress={() => void saveDraft(draft)}>{t("missions.saveFile")}</TextButton>

@@ -5,7 +5,8 @@ import type { LibraryEntry, MissionEntry } from "../generated/messages";
 import { inLanguage, useTexts } from "../i18n";
 import { Picture } from "../mat/Picture";
 import { attempt } from "../projects/actions";
-import { closeDialog, confirm, openNotes } from "../state/dialogs";
+import { closeDialog, openNotes } from "../state/dialogs";
+import { confirm } from "../state/questions";
 import { useStudio } from "../state/studio";
 import { watchSize } from "../ui/areas";
 import { IconButton, Sheet, TextButton } from "../ui/controls";
@@ -65,7 +66,7 @@ export function MissionMap() {
   const most = missions?.reduce((sum, each) => sum + each.stars.length, 0) ?? 0;
   return (
     <Sheet title={t("missions.title")} wide>
-      <p className={controls.quiet} role="status">
+      <p className="quiet" role="status">
         {missions ? t("missions.earned", { count: earned, most }) : t(isStarting ? "server.starting" : "app.loading")}
       </p>
       {missions &&

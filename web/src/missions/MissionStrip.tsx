@@ -49,7 +49,7 @@ function Task({ mission }: { mission: Mission }) {
       data-folded={folded || undefined}
       aria-label={t("missions.mission", { name: inLanguage(mission.name) })}
     >
-      <header className={css.head}>
+      <header className={classes("wrap", css.head)}>
         <h2>{inLanguage(mission.name)}</h2>
         <Stars stars={stars} earned={result?.earned ?? mission.earned} />
         <span className={css.unfold}>
@@ -75,7 +75,7 @@ function Task({ mission }: { mission: Mission }) {
       </header>
       {told && <p>{inLanguage(mission.story)}</p>}
       {mission.edits === "bits" && <BitEditor />}
-      <ul className={css.goals} aria-label={t("missions.goals")}>
+      <ul className={classes("stack tight", css.goals)} aria-label={t("missions.goals")}>
         {mission.goals.map((goal, k) => (
           <GoalLine key={k} number={k + 1} goal={goal} now={goals?.goals[k]} checked={result?.goals[k]} seed={seed} />
         ))}
@@ -150,7 +150,7 @@ function Outcome({ mission, stars }: { mission: Mission; stars: readonly number[
   if (!result.stars.length) return <p>{t("missions.again")}</p>;
   return (
     <>
-      <p className={css.won}>
+      <p className="strong">
         <Stars stars={stars} earned={result.stars} /> {inLanguage(mission.learned)}
       </p>
       <TextButton small primary onPress={() => openDialog("missions")}>{t("missions.next")}</TextButton>

@@ -4,7 +4,7 @@ import { useEffect, useState, type ReactNode } from "react";
 import { request } from "../api/service";
 import type { MissionEntry, MissionNotes } from "../generated/messages";
 import { inLanguage, useTexts } from "../i18n";
-import { Choice } from "../mat/fields";
+import { Choice } from "../ui/fields";
 import { Picture } from "../mat/Picture";
 import { attempt } from "../projects/actions";
 import { closeDialog, openNotes, useDialogs } from "../state/dialogs";
@@ -32,7 +32,7 @@ function Notes({ notes }: { notes: MissionNotes }) {
       <div className={css.notesPicture}>
         <Picture mat={notes.mat} zones={notes.zones} />
       </div>
-      <p className={controls.quiet}>
+      <p className="quiet">
         {place}
         {minutes !== null && ` · ${t("missions.notes.minutes", { count: minutes })}`}
       </p>
@@ -81,7 +81,7 @@ export function NotesDialog() {
   return (
     <Sheet title={notes ? t("missions.notes.of", { name: inLanguage(notes.name) }) : t("missions.notes.title")} wide>
       {id && missions.length > 0 && (
-        <div className={controls.unprinted}>
+        <div className="unprinted">
           <Choice
             label={t("missions.notes.which")}
             value={id}

@@ -9,6 +9,7 @@ import { choose, chosenCar, editMat, useMat } from "../mat/store";
 import { workOf } from "../projects/autosave";
 import { comeBack, markSaved, watchUnsaved } from "../projects/project";
 import { useDialogs } from "../state/dialogs";
+import { useQuestion } from "../state/questions";
 import { useStudio } from "../state/studio";
 import { playMission, showMoment, useMission, watchMissions } from "./store";
 
@@ -31,7 +32,7 @@ beforeAll(async () => {
 });
 
 afterAll(() => {
-  useDialogs.getState().question?.answer("no");
+  useQuestion.getState().question?.answer("no");
   useDialogs.setState({ notices: [] });
   useStudio.setState({ mission: null, kept: null, attempts: {}, name: "" });
   useMat.setState(useMat.getInitialState());
@@ -43,14 +44,14 @@ it("from one mission to another nothing is asked, and nothing is lost", async ()
   const mine = { blocks: { mine: true } };
   useStudio.setState({ leader: mine });
   await play("second");
-  expect(useDialogs.getState().question).toBeNull();
+  expect(useQuestion.getState().question).toBeNull();
   expect(useStudio.getState()).toMatchObject({ name: "second", leader: BEGINNING, unsaved: false });
   await play("first");
   expect(useStudio.getState()).toMatchObject({ name: "first", leader: mine, unsaved: true });
   // The notice offers the beginning of the mission; that loses the blocks, so it is asked about.
   useDialogs.getState().notices.find(({ action }) => action)?.action?.run();
   await vi.advanceTimersByTimeAsync(100);
-  useDialogs.getState().question?.answer("yes");
+  useQuestion.getState().question?.answer("yes");
   await vi.advanceTimersByTimeAsync(100);
   expect(useStudio.getState()).toMatchObject({ name: "first", leader: BEGINNING });
 });
@@ -63,7 +64,7 @@ it("the own project comes back as it stood when a mission was opened, unsaved ch
   const changed = { blocks: { project: true, more: true } };
   useStudio.setState({ leader: changed });
   await play("first");
-  expect(useDialogs.getState().question).toBeNull();
+  expect(useQuestion.getState().question).toBeNull();
   const tried = { blocks: { tried: true } };
   useStudio.setState({ leader: tried });
   await play("second");

@@ -8,7 +8,8 @@ import { session } from "../mat/session";
 import { choose, useMat } from "../mat/store";
 import { attempt } from "../projects/actions";
 import { comeBack, markUnsaved, openProject, putAside } from "../projects/project";
-import { confirm, notify, openDialog } from "../state/dialogs";
+import { notify, openDialog } from "../state/dialogs";
+import { confirm } from "../state/questions";
 import { type Level, useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 

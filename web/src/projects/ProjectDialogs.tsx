@@ -4,12 +4,14 @@ import { request } from "../api/service";
 import type { Example, SavedProject, Sentence, Version } from "../api/types";
 import { inLanguage, useLanguage, useTexts } from "../i18n";
 import { type Clip, ClipPicture, loadClips } from "../mat/ClipPicture";
-import { closeDialog, confirm } from "../state/dialogs";
+import { closeDialog } from "../state/dialogs";
+import { confirm } from "../state/questions";
 import { useStudio } from "../state/studio";
 import { IconButton, Sheet, TextButton } from "../ui/controls";
 import { attempt, openSaved, saveToLibrary, shareLink } from "./actions";
 import { exportAll, importAll } from "./exchange";
 import { replaceBy } from "./project";
+import { classes } from "../ui/classes";
 import controls from "../ui/controls.module.css";
 import css from "../app/dialogs.module.css";
 
@@ -27,7 +29,7 @@ function Versions({ name }: { name: string }) {
   return (
     <ol className={css.versions} aria-label={t("library.versionsOf", { name })}>
       {versions.map(({ version, saved_at }) => (
-        <li key={version}>
+        <li key={version} className="row apart">
           <span>{t("library.version", { version, moment: moment(saved_at) })}</span>
           <TextButton small onPress={() => void attempt(() => openSaved(name, version))}>{t("library.restore")}</TextButton>
         </li>
@@ -48,10 +50,10 @@ function Entry({ project: { name, saved_at, versions }, onDeleted }: { project: 
   };
   return (
     <li >
-      <div className={css.libraryRow}>
-        <Button className={css.libraryOpen} onPress={() => void attempt(() => openSaved(name))}>
+      <div className="row">
+        <Button className={classes("pick", css.libraryOpen)} onPress={() => void attempt(() => openSaved(name))}>
           <b>{name}</b>
-          <span>{moment(saved_at)}</span>
+          <span className="quiet small">{moment(saved_at)}</span>
         </Button>
         <TextButton small aria-expanded={unfolded} onPress={() => setUnfolded(!unfolded)}>
           {t("library.versions", { count: versions })}
@@ -82,7 +84,7 @@ export function LibraryDialog() {
   return (
     <Sheet title={t("library.title")} wide>
       <form
-        className={css.librarySave}
+        className={css.beside}
         onSubmit={(event) => {
           event.preventDefault();
           void save();
@@ -99,8 +101,8 @@ export function LibraryDialog() {
           {inLanguage(problem)}
         </p>
       ))}
-      {projects?.length === 0 && <p className={controls.quiet}>{t("library.empty")}</p>}
-      <ul className={css.library} aria-label={t("library.list")}>
+      {projects?.length === 0 && <p className="quiet">{t("library.empty")}</p>}
+      <ul className="stack" aria-label={t("library.list")}>
         {projects?.map((project) => (
           <Entry key={project.name} project={project} onDeleted={() => void load()} />
         ))}
@@ -117,15 +119,15 @@ function ExampleCard({ example, clip, onOpen }: { example: Example; clip: Clip |
   const t = useTexts();
   const difficulty = t(`examples.difficulties.${example.difficulty}`);
   return (
-    <Button className={css.example} onPress={onOpen}>
+    <Button className={classes("pick", css.example)} onPress={onOpen}>
       {({ isHovered, isFocusVisible }) => (
         <>
           <span className={css.examplePicture}>{clip && <ClipPicture clip={clip} moves={isHovered || isFocusVisible} />}</span>
           <b>{inLanguage(example.title)}</b>
-          <span>{inLanguage(example.about)}</span>
-          <span className={css.exampleFacts}>
+          <span className="quiet small">{inLanguage(example.about)}</span>
+          <span className={classes("quiet small", css.exampleFacts)}>
             <span>
-              <span className={css.dots} aria-hidden="true">
+              <span aria-hidden="true">
                 {"●".repeat(example.difficulty).padEnd(3, "○")}
               </span>{" "}
               {difficulty}
@@ -153,7 +155,7 @@ export function ExamplesDialog() {
     });
   return (
     <Sheet title={t("examples.title")} wide>
-      <p className={controls.quiet}>{t("examples.about")}</p>
+      <p className="quiet">{t("examples.about")}</p>
       <ul className={css.examples}>
         {examples.map((example) => (
           <li key={example.id}>
@@ -181,7 +183,7 @@ export function ShareDialog() {
   return (
     <Sheet title={t("share.title")}>
       <p>{t("share.about")}</p>
-      <div className={css.shareRow}>
+      <div className={css.beside}>
         <TextField value={link} isReadOnly>
           <Label>{t("share.link")}</Label>
           <Input onFocus={(event) => event.target.select()} />
@@ -190,7 +192,7 @@ export function ShareDialog() {
           <TextButton primary onPress={() => void copy()} isDisabled={!link}>{t("share.copy")}</TextButton>
         )}
       </div>
-      <p role="status" className={controls.quiet}>
+      <p role="status" className="quiet">
         {copied ? t("share.copied") : t("share.length", { count: link.length })}
       </p>
     </Sheet>

@@ -2,7 +2,7 @@ import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import texts from "virtual:texts/studio";
 import { connectTo, RefusedError } from "../api/service";
 import { startTexts } from "../i18n";
-import { type Choice, useDialogs } from "../state/dialogs";
+import { type Choice, useQuestion } from "../state/questions";
 import { useStudio } from "../state/studio";
 import { BLANK, markSaved, replaceBy, watchUnsaved } from "./project";
 
@@ -23,7 +23,7 @@ afterEach(() => ask.mockReset());
 
 async function open(chosen: Choice): Promise<boolean> {
   const opened = replaceBy({ ...BLANK, name: "Other" });
-  useDialogs.getState().question!.answer(chosen);
+  useQuestion.getState().question!.answer(chosen);
   return opened;
 }
 

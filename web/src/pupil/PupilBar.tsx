@@ -112,7 +112,7 @@ function SharedThings({ view }: { view: PupilView }) {
     const whose = holder === null ? 0 : isMine ? 1 : 2;
     const text = name ? TEXTS_OF_A_CAR[whose] : TEXTS_OF_THE_CABLE[whose];
     return (
-      <span key={name} className={css.turn}>
+      <span key={name} className={classes("row", css.turn)}>
         <TextButton
           small
           isDisabled={holder !== null && !isMine}

@@ -6,7 +6,6 @@ import { ErrorBoundary } from "../ui/areas";
 import { classes } from "../ui/classes";
 import { followBlocks, updateText, usePython } from "./text";
 import buttons from "../ui/buttons.module.css";
-import controls from "../ui/controls.module.css";
 import css from "./python.module.css";
 
 const CodeEditor = lazy(() => import("./CodeEditor"));
@@ -43,12 +42,12 @@ export function PythonPanel() {
   const t = useTexts();
   useEffect(followBlocks, []);
   return (
-    <div className={css.panel}>
-      <p id="python-about" className={classes(controls.quiet, css.about)}>
+    <div className="column flush fill">
+      <p id="python-about" className={classes("quiet", css.about)}>
         {t("python.about")}
       </p>
       <ErrorBoundary fallback={<p className={css.mistakes}>{t("app.failed")}</p>}>
-        <Suspense fallback={<p className={controls.quiet}>{t("app.loading")}</p>}>
+        <Suspense fallback={<p className="quiet">{t("app.loading")}</p>}>
           <div className={css.beside}>
             <FunctionList />
             <CodeEditor />

@@ -1,7 +1,7 @@
 import type { CarTelemetry } from "../generated/remote";
 import { inLanguage, type KeyIn, useTexts } from "../i18n";
-import buttons from "../ui/buttons.module.css";
 import { Icon } from "../ui/icons";
+import { Action } from "../ui/page";
 import { link, useRemote, userOf } from "./link";
 import css from "./remote.module.css";
 
@@ -34,12 +34,13 @@ export function CarList({ shown, onChoose }: { shown: string | null; onChoose: (
   const others = cars.filter(({ car }) => !joined.includes(car));
   if (cars.length < 2) return null;
   return (
-    <section className={css.cars} aria-label={t("cars")}>
-      <ul>
+    <section className="wrap" aria-label={t("cars")}>
+      <ul className="wrap">
         {joined.map((car) => (
           <li key={car} className={css.chip}>
             <button
               type="button"
+              className="bare"
               aria-pressed={car === shown}
               aria-label={t("look", { name: nameOf(car) })}
               onClick={() => onChoose(car)}
@@ -51,7 +52,7 @@ export function CarList({ shown, onChoose }: { shown: string | null; onChoose: (
                 {t(shortText(telemetry[car]))}
               </span>
             )}
-            <button type="button" aria-label={t("leave", { name: nameOf(car) })} onClick={() => link.leave(car)}>
+            <button type="button" className="bare" aria-label={t("leave", { name: nameOf(car) })} onClick={() => link.leave(car)}>
               <Icon name="close" />
             </button>
           </li>
@@ -89,7 +90,7 @@ export function Notices({ car }: { car: string | null }) {
   const others = telemetry?.driver != null && !telemetry.you.drives;
   const speed = telemetry ? Math.round((telemetry.speed / FULL_DUTY) * 100) : 0;
   return (
-    <div className={css.notices}>
+    <div>
       <p className={css.state} role="status" data-state={telemetry?.state}>
         {telemetry ? t(telemetry.obstacle_mm != null ? "obstacleAhead" : telemetry.state) : " "}
         {telemetry?.state === "moving" && (
@@ -107,9 +108,7 @@ export function Notices({ car }: { car: string | null }) {
         {telemetry?.paused && (
           <p className={css.notice}>
             {t("paused")}
-            <button type="button" className={buttons.button} onClick={() => link.send({ do: "start" })}>
-              {t("start")}
-            </button>
+            <Action onClick={() => link.send({ do: "start" })}>{t("start")}</Action>
           </p>
         )}
         {telemetry?.obstacle_mm != null && (
@@ -123,9 +122,7 @@ export function Notices({ car }: { car: string | null }) {
         {problem && (
           <p className={css.notice} data-wrong>
             {inLanguage(problem)}
-            <button type="button" className={buttons.button} onClick={() => useRemote.setState({ problem: null })}>
-              {t("dismiss")}
-            </button>
+            <Action onClick={() => useRemote.setState({ problem: null })}>{t("dismiss")}</Action>
           </p>
         )}
       </div>

@@ -1,9 +1,9 @@
 import { type KeyboardEvent, type PointerEvent, useRef, useState } from "react";
 import { SWITCHES } from "../generated/driving";
 import { type KeyIn, useTexts } from "../i18n";
-import buttons from "../ui/buttons.module.css";
 import { classes } from "../ui/classes";
 import { Icon } from "../ui/icons";
+import { Action } from "../ui/page";
 import { fingerAxes } from "./input";
 import { AT_REST, type Axes, FIRST_LIMIT, inputs, link, stopAll, useRemote } from "./link";
 import css from "./remote.module.css";
@@ -74,7 +74,7 @@ function Limit() {
   const t = useTexts("remote");
   const [percent, setPercent] = useState(FIRST_LIMIT * 100);
   return (
-    <label className={css.limit}>
+    <label className={classes("stack tight", css.limit)}>
       {t("limit", { percent })}
       <input
         type="range"
@@ -120,9 +120,9 @@ function Switches({ car }: { car: string }) {
         }
       : { onClick: () => inputs.set(name, isOn ? 0 : 1) };
     return (
-      <button key={name} type="button" className={buttons.button} aria-pressed={isOn} {...events}>
+      <Action key={name} aria-pressed={isOn} {...events}>
         {t(`switch_${name}` as KeyIn<"remote">)} <kbd>{key.toUpperCase()}</kbd>
-      </button>
+      </Action>
     );
   });
 }
@@ -142,14 +142,14 @@ export function Controls({ car }: { car: string | null }) {
     resume: state && !["stopped", "program", "away", "discharged"].includes(state),
   };
   return (
-    <div className={css.controls}>
+    <div className="column">
       {car !== null && (
-        <div className={css.asks}>
+        <div className="wrap">
           {ASKS.filter((what) => asks[what]).map((what) => (
-            <button key={what} type="button" className={classes(buttons.button, what === "clear" && buttons.primary)} onClick={() => link.send({ do: what, car })}>
+            <Action key={what} primary={what === "clear"} onClick={() => link.send({ do: what, car })}>
               {what === "resume" && <Icon name="blocks" />}
               {t(what)}
-            </button>
+            </Action>
           ))}
           <Switches car={car} />
         </div>

@@ -1,14 +1,13 @@
 import { useEffect, useState, useSyncExternalStore } from "react";
-import { useLanguage, useTexts } from "../i18n";
-import { SocketNotice } from "../network/SocketNotice";
+import { useTexts } from "../i18n";
 import { useSettings } from "../state/settings";
 import { listen } from "../ui/areas";
-import buttons from "../ui/buttons.module.css";
-import { SettingsSheet } from "../ui/SettingsSheet";
+import { Action, Form, Page } from "../ui/page";
 import { CarList, Notices, useCarName } from "./Cars";
 import { Controls, Stick, Stop } from "./Controls";
 import { address, link, useRemote } from "./link";
 import css from "./remote.module.css";
+import { classes } from "../ui/classes";
 
 /** A car that receives nothing for longer has stopped by itself. */
 const WEAK_MS = 300;
@@ -37,7 +36,7 @@ function LinkState() {
   const texts = { lost: t("linkLost"), weak: t("linkWeak", { ms: worst }), good: roundTripMs === null ? t("linkIdle") : t("linkGood", { ms: Math.round(roundTripMs) }) };
   const text = texts[kind];
   return (
-    <p className={css.linkState} data-kind={kind} aria-label={`${t("link")}: ${text}`} role="img">
+    <p className={classes("row figures", css.linkState)} data-kind={kind} aria-label={`${t("link")}: ${text}`} role="img">
       <span className={css.dot} />
       {text}
     </p>
@@ -56,24 +55,16 @@ function NameField() {
     link.reconnect();
   };
   return (
-    <form
-      className={css.nameField}
-      onSubmit={(event) => {
-        event.preventDefault();
-        keep(text.trim());
-      }}
-    >
-      <label>
+    <Form className={classes("wrap", css.nameField)} onSubmit={() => keep(text.trim())}>
+      <label className="wrap">
         {t("yourName")}
         <input value={text} maxLength={MOST_OF_A_NAME} autoComplete="nickname" onChange={(event) => setText(event.target.value)} />
       </label>
-      <button type="submit" className={buttons.button} disabled={!text.trim()}>
+      <Action type="submit" disabled={!text.trim()}>
         {t("keepName")}
-      </button>
-      <button type="button" className={buttons.button} onClick={() => keep("")}>
-        {t("noName")}
-      </button>
-    </form>
+      </Action>
+      <Action onClick={() => keep("")}>{t("noName")}</Action>
+    </Form>
   );
 }
 
@@ -81,19 +72,6 @@ function NameField() {
 function AskName() {
   const asks = useSettings(({ userName }) => userName === null);
   return asks && <NameField />;
-}
-
-/** The page's name, the state of the connection, and the page's settings. */
-function Bar() {
-  const t = useTexts("remote");
-  const hasAsked = useSettings(({ userName }) => userName !== null);
-  return (
-    <header className={css.bar}>
-      <h1>{t("title")}</h1>
-      <LinkState />
-      <SettingsSheet>{hasAsked && <NameField />}</SettingsSheet>
-    </header>
-  );
 }
 
 const AGAIN_MS = 2000;
@@ -128,31 +106,24 @@ function View({ car, name }: { car: string; name: string }) {
 /** The whole page: the cameras, the cars and their drivers, and the stick. */
 export function Remote() {
   const t = useTexts("remote");
-  const language = useLanguage();
   const joined = useRemote(({ joined }) => joined);
   const [chosen, choose] = useState<string | null>(null);
   const nameOf = useCarName();
-  useEffect(() => {
-    document.title = `${t("title")} · Motorcade`;
-  }, [language, t]);
+  const hasAsked = useSettings(({ userName }) => userName !== null);
   const shown = chosen !== null && joined.includes(chosen) ? chosen : (joined[0] ?? null);
   return (
-    <div className={css.remote}>
-      <Bar />
-      <SocketNotice />
-      <main>
-        <div className={css.seeing}>
-          <CarList shown={shown} onChoose={choose} />
-          {shown === null ? <p className={css.empty}>{t("noCars")}</p> : <View car={shown} name={nameOf(shown)} />}
-        </div>
-        <div className={css.driving}>
-          <AskName />
-          <Notices car={shown} />
-          <Stick />
-          <Stop />
-          <Controls car={shown} />
-        </div>
-      </main>
-    </div>
+    <Page title={t("title")} className={css.remote} tools={<LinkState />} settings={hasAsked && <NameField />}>
+      <div className={css.seeing}>
+        <CarList shown={shown} onChoose={choose} />
+        {shown === null ? <p className={css.empty}>{t("noCars")}</p> : <View car={shown} name={nameOf(shown)} />}
+      </div>
+      <div className={classes("column fill", css.driving)}>
+        <AskName />
+        <Notices car={shown} />
+        <Stick />
+        <Stop />
+        <Controls car={shown} />
+      </div>
+    </Page>
   );
 }

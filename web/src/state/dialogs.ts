@@ -1,4 +1,4 @@
-/** What is shown above the page: a dialog, a question, and notices. */
+/** What is shown above the page: a dialog, and notices. */
 
 import { create } from "zustand";
 import { type Studio, useStudio } from "./studio";
@@ -15,26 +15,14 @@ interface Notice {
   holds?: (now: Studio) => boolean;
 }
 
-/** A question that must be answered before something is lost; `other` is a second way to go on, beside the safe `yes`. */
-interface Question {
-  title: string;
-  text: string;
-  yes: string;
-  other?: string;
-  answer: (chosen: Choice) => void;
-}
-
-export type Choice = "yes" | "other" | "no";
-
 interface Dialogs {
   open: DialogName | null;
   /** The mission whose notes are shown; null for the first one's. */
   notesOf: string | null;
-  question: Question | null;
   notices: Notice[];
 }
 
-export const useDialogs = create<Dialogs>(() => ({ open: null, notesOf: null, question: null, notices: [] }));
+export const useDialogs = create<Dialogs>(() => ({ open: null, notesOf: null, notices: [] }));
 
 export function openDialog(open: DialogName | null): void {
   useDialogs.setState({ open });
@@ -45,23 +33,6 @@ export const closeDialog = () => openDialog(null);
 /** Show the notes of a mission, by its id. */
 export function openNotes(notesOf: string | null): void {
   useDialogs.setState({ open: "notes", notesOf });
-}
-
-/** Ask the user; true if they agree. */
-export async function confirm(question: Omit<Question, "answer" | "other">): Promise<boolean> {
-  return (await ask(question)) === "yes";
-}
-
-/** Ask the user which way to go on. A second question answers the first one with no. */
-export function ask(question: Omit<Question, "answer">): Promise<Choice> {
-  useDialogs.getState().question?.answer("no");
-  return new Promise((resolve) => {
-    const answer = (chosen: Choice) => {
-      useDialogs.setState({ question: null });
-      resolve(chosen);
-    };
-    useDialogs.setState({ question: { ...question, answer } });
-  });
 }
 
 const SHOWN_MS = 8000;

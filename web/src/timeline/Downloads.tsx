@@ -2,7 +2,6 @@ import { useState } from "react";
 import { Button, Menu, MenuItem, MenuTrigger, Popover } from "react-aria-components";
 import { request } from "../api/service";
 import { say, useTexts } from "../i18n";
-import fields from "../mat/fields.module.css";
 import { session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { attempt } from "../projects/actions";
@@ -12,6 +11,8 @@ import { useStudio } from "../state/studio";
 import { classes } from "../ui/classes";
 import { Icon } from "../ui/icons";
 import { film, filmKind } from "./film";
+import buttons from "../ui/buttons.module.css";
+import controls from "../ui/controls.module.css";
 
 const FILM_S = 10;
 
@@ -29,16 +30,16 @@ export function Downloads() {
   };
   return (
     <MenuTrigger>
-      <Button className={classes(fields.button, fields.wide)} isDisabled={isEmpty || filming}>
+      <Button className={classes(buttons.button, buttons.tool)} isDisabled={isEmpty || filming}>
         <Icon name="download" />
         <span>{t("timeline.download")}</span>
       </Button>
-      <Popover className={fields.popover}>
+      <Popover className={controls.popover}>
         <Menu aria-label={t("timeline.download")}>
-          <MenuItem className={fields.option} onAction={() => openDialog("run")}>{t("run.open")}</MenuItem>
-          <MenuItem className={fields.option} {...table}>{t("timeline.csv")}</MenuItem>
+          <MenuItem className={controls.menuItem} onAction={() => openDialog("run")}>{t("run.open")}</MenuItem>
+          <MenuItem className={controls.menuItem} {...table}>{t("timeline.csv")}</MenuItem>
           {filmKind() && (
-            <MenuItem className={fields.option} onAction={saveFilm}>{t("timeline.film", { count: FILM_S })}</MenuItem>
+            <MenuItem className={controls.menuItem} onAction={saveFilm}>{t("timeline.film", { count: FILM_S })}</MenuItem>
           )}
         </Menu>
       </Popover>

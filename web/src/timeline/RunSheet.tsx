@@ -27,7 +27,7 @@ export function RunSheet() {
   usePrintedSheet();
   return (
     <Sheet title={mission ? inLanguage(mission.name) : name} wide>
-      <TextField className={classes(css.name, controls.unprinted)} value={by} onChange={setBy} maxLength={60}>
+      <TextField className={classes("wrap", "unprinted")} value={by} onChange={setBy} maxLength={60}>
         <Label>{t("run.name")}</Label>
         <Input />
       </TextField>
@@ -50,7 +50,7 @@ export function RunSheet() {
               {words.map((word, k) => (
                 <tr key={k}>
                   <td>{t(`run.${word.part}`)}</td>
-                  <td className={css.hex}>{word.hex.toUpperCase()}</td>
+                  <td className="mono">{word.hex.toUpperCase()}</td>
                   <td>{storyOf(word, profile)}</td>
                 </tr>
               ))}

@@ -11,8 +11,9 @@ import css from "./timeline.module.css";
 import { Slider, SliderThumb, SliderTrack } from "react-aria-components";
 import { useWords } from "../state/studio";
 import { endAll, sharpContext, useScroll } from "../ui/areas";
-import { Choice, ToolButton } from "../mat/fields";
-import fields from "../mat/fields.module.css";
+import { Choice, ToolButton } from "../ui/fields";
+import fields from "../ui/fields.module.css";
+import { classes } from "../ui/classes";
 
 const REPAINT_MS = 66;
 export function Timeline() {
@@ -133,9 +134,9 @@ function TimelineTools({ spanMs, onSpan }: { spanMs: number; onSpan: (spanMs: nu
     if (to) session.seek(to.tMs);
   };
   return (
-    <div className={css.tools}>
+    <div className={classes("stack tight", css.tools)}>
       <Scrubber />
-      <div className={fields.row}>
+      <div className="wrap">
         <ToolButton
           icon="step"
           label={t("mat.step")}
@@ -154,7 +155,7 @@ function TimelineTools({ spanMs, onSpan }: { spanMs: number; onSpan: (spanMs: nu
         />
         <Downloads />
       </div>
-      <p className={css.event} aria-live="polite">
+      <p className="quiet small" aria-live="polite">
         {found && past && found.run === session.events.runs ? <EventText event={found.event} /> : t("timeline.howTo")}
       </p>
     </div>
@@ -174,7 +175,7 @@ function Scrubber() {
   const { tMs, past, state } = useMat();
   const most = Math.max(state?.t_ms ?? 0, past ? 0 : tMs, 1);
   return (
-    <div className={fields.row}>
+    <div className="wrap">
       <Slider
         className={fields.slider}
         aria-label={t("timeline.scrub")}

@@ -16,6 +16,7 @@ import type { Order, Outcome, Progress } from "./transfer";
 import { Icon } from "../ui/icons";
 import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
+import { classes } from "../ui/classes";
 import css from "../app/dialogs.module.css";
 
 /** The value of the choice 'a port of this browser'. */
@@ -54,13 +55,13 @@ function PortChoice({ ports, chosen, onChoose }: { ports: Port[]; chosen: string
   }));
   if (hasWebSerial()) choices.push({ port: BROWSER_PORT, title: t("upload.browser"), about: t("upload.browserAbout") });
   return (
-    <RadioGroup value={chosen} onChange={onChoose} className={css.ports}>
+    <RadioGroup value={chosen} onChange={onChoose} className="column">
       <Label>{t("upload.port")}</Label>
       {choices.map(({ port, title, about }) => (
         <RadioField key={port} value={port}>
-          <RadioButton className={css.port}>
+          <RadioButton className={classes("pick", css.port)}>
             <b>{title}</b>
-            <span>{about}</span>
+            <span className="quiet small">{about}</span>
           </RadioButton>
         </RadioField>
       ))}
@@ -78,13 +79,13 @@ export function UploadDialog() {
   return (
     <Sheet title={t("upload.title")} wide={several}>
       {path && (
-        <RadioGroup value={several ? "several" : "one"} onChange={(chosen) => setSeveral(chosen === "several")} aria-label={t("upload.title")} className={css.kinds}>
+        <RadioGroup value={several ? "several" : "one"} onChange={(chosen) => setSeveral(chosen === "several")} aria-label={t("upload.title")} className="row">
           <Kind value="one">{t("upload.oneCar")}</Kind>
           <Kind value="several">{t("upload.manyCars")}</Kind>
         </RadioGroup>
       )}
       {several ? <CarList path={path} image={image} program={program} /> : <OneCar />}
-      {!path && <p className={controls.quiet}>{t("upload.noCars")}</p>}
+      {!path && <p className="quiet">{t("upload.noCars")}</p>}
     </Sheet>
   );
 }
@@ -92,7 +93,7 @@ export function UploadDialog() {
 function Kind({ value, children }: { value: string; children: string }) {
   return (
     <RadioField value={value}>
-      <RadioButton className={css.kind}>{children}</RadioButton>
+      <RadioButton className="pick">{children}</RadioButton>
     </RadioField>
   );
 }
@@ -141,7 +142,7 @@ function OneCar() {
   return (
     <>
       <PortChoice ports={ports} chosen={port ?? ""} onChoose={setWished} />
-      {!hasSerial && !hasWebSerial() && <p className={controls.quiet}>{t(isSecureContext ? "upload.noSerial" : "upload.noSerialByHttp")}</p>}
+      {!hasSerial && !hasWebSerial() && <p className="quiet">{t(isSecureContext ? "upload.noSerial" : "upload.noSerialByHttp")}</p>}
       {hasSerial && (
         <Button className={buttons.link} onPress={() => void look()}>
           {t("upload.look")}
@@ -158,13 +159,13 @@ function OneCar() {
               <span className={css.progressBar}>
                 <span style={{ width: `${percentage ?? 30}%` }} />
               </span>
-              {progress.retry && <p className={controls.quiet}>{inLanguage(progress.retry.sentence)}</p>}
+              {progress.retry && <p className="quiet">{inLanguage(progress.retry.sentence)}</p>}
             </>
           )}
         </ProgressBar>
       )}
       {outcome && <Result outcome={outcome} onOpen={(read) => void openAsBlocks(read)} />}
-      {!image && <p className={controls.quiet}>{t("upload.noImage")}</p>}
+      {!image && <p className="quiet">{t("upload.noImage")}</p>}
       {/* A button that is disabled under the finger would drop the focus out of the dialog: these only wait. */}
       <footer className={controls.sheetFoot}>
         <TextButton isPending={busy} isDisabled={port === null} onPress={() => void run({ readback: true })}>

@@ -1,7 +1,6 @@
 import type { CSSProperties } from "react";
 import type { CompiledWord, Profile } from "../api/types";
 import { colourOf, fieldMeaning, isTold, runsOf } from "./bits";
-import controls from "../ui/controls.module.css";
 import css from "./words.module.css";
 
 /** The upper half of a word is a row, and the lower one. */
@@ -34,7 +33,7 @@ export function WordBits({ word, profile }: { word: CompiledWord; profile: Profi
           </li>
         ))}
       </ul>
-      <span className={controls.visuallyHidden}>{word.hex.toUpperCase()}</span>
+      <span className="unseen">{word.hex.toUpperCase()}</span>
     </div>
   );
 }

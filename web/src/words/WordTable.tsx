@@ -12,7 +12,6 @@ import { bitsOf, blockOf, colourOf, fieldsOf, hasBlockIn, isLit, isNarrow, spans
 import { askedKeyOf, askedBy } from "./deciding";
 import { storyOf } from "./story";
 import { valueOf } from "./values";
-import controls from "../ui/controls.module.css";
 import css from "./words.module.css";
 
 const ROW_PX = 30;
@@ -86,8 +85,8 @@ const WordRow = memo(function WordRow(props: WordRowProps) {
         <span className={css.story}>{storyOf(word, profile)}</span>
         {line !== undefined && <span className={css.line}>{t("python.line", { line })}</span>}
         {/* The style sheet shows it behind the bits. */}
-        <span className={controls.visuallyHidden}>{word.hex.toUpperCase()}</span>
-        <span className={controls.visuallyHidden}>{t(`parts.${word.part}`)}</span>
+        <span className="unseen">{word.hex.toUpperCase()}</span>
+        <span className="unseen">{t(`parts.${word.part}`)}</span>
       </span>
       {fields.map((field, at) => (
         <span

@@ -1,4 +1,4 @@
-/** The buttons, switches, lists, sliders and number fields of the mat. */
+/** Buttons with pictures, switches, lists, sliders and number fields. */
 
 import {
   Button,
@@ -17,11 +17,12 @@ import {
   SliderTrack,
   ToggleButton,
 } from "react-aria-components";
-import { Hinted } from "../ui/controls";
-import { Icon, type IconName } from "../ui/icons";
+import { Hinted } from "./controls";
+import { Icon, type IconName } from "./icons";
+import buttons from "./buttons.module.css";
+import controls from "./controls.module.css";
 import fields from "./fields.module.css";
-import controls from "../ui/controls.module.css";
-import { classes } from "../ui/classes";
+import { classes } from "./classes";
 
 interface ToolButtonProps extends Omit<ButtonProps, "children" | "className"> {
   icon: IconName;
@@ -33,7 +34,7 @@ interface ToolButtonProps extends Omit<ButtonProps, "children" | "className"> {
 
 export function ToolButton({ icon, label, wide = false, tone = "plain", ...props }: ToolButtonProps) {
   const button = (
-    <Button {...props} className={classes(fields.button, tone === "main" && fields.main, wide !== false && fields.wide)} aria-label={wide === true ? undefined : label}>
+    <Button {...props} className={classes(buttons.button, buttons.tool, tone === "main" && buttons.primary)} aria-label={wide === true ? undefined : label}>
       <Icon name={icon} />
       {wide !== false && <span>{wide === true ? label : wide}</span>}
     </Button>
@@ -69,15 +70,15 @@ interface ChoiceProps<T extends string> {
 export function Choice<T extends string>({ label, value, all, name, onChange }: ChoiceProps<T>) {
   return (
     <Select className={fields.select} value={value} onChange={(key) => onChange(key as T)}>
-      <Label className={controls.visuallyHidden}>{label}</Label>
-      <Button className={classes(fields.button, fields.wide)}>
+      <Label className="unseen">{label}</Label>
+      <Button className={classes(buttons.button, buttons.tool)}>
         <SelectValue />
         <Icon name="right" />
       </Button>
-      <Popover className={fields.popover}>
+      <Popover className={controls.popover}>
         <ListBox>
           {all.map((each) => (
-            <ListBoxItem key={each} id={each} className={fields.option}>
+            <ListBoxItem key={each} id={each} className={controls.menuItem}>
               {name(each)}
             </ListBoxItem>
           ))}

@@ -2,7 +2,7 @@
 
 import { useSockets } from "../api/connection";
 import { useTexts } from "../i18n";
-import areas from "../ui/areas.module.css";
+import areas from "./areas.module.css";
 
 export function SocketNotice() {
   const t = useTexts("network");

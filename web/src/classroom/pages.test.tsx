@@ -1,0 +1,153 @@
+import { cleanup, render, screen, waitFor, within } from "@testing-library/react";
+import userEvent from "@testing-library/user-event";
+import { afterEach, beforeAll, describe, expect, it, vi } from "vitest";
+import texts from "virtual:texts/class";
+import { answerBy, Refusal } from "../api/testServer";
+import type { ClassView, PupilRow } from "../generated/classroom";
+import { say, startTexts } from "../i18n";
+import { Page } from "../ui/page";
+import { Join } from "./Join";
+import { Report } from "./TeacherCheck";
+import { ClassPart, HowToJoin } from "./TeacherClass";
+import { PupilsPart } from "./TeacherPupils";
+import { HandOutPart } from "./TeacherWork";
+
+beforeAll(async () => {
+  await startTexts(texts);
+  // A page fetches it when it first asks something.
+  await import("../ui/QuestionDialog");
+});
+afterEach(() => {
+  cleanup();
+  vi.unstubAllGlobals();
+});
+
+const MIA: PupilRow = {
+  ...{ id: "1", name: "Mia", avatar: "bus", number: "0042", online: true, away_s: 0, hand_s: 90, stuck_s: null },
+  ...{ mission: null, goals_met: 0, goals: 0, stars: 2 },
+};
+const VIEW = {
+  ...{ is: "class", frozen: false, shared: [], stopped: false, mat: { state: "closed" }, title: "4b", code: "HQ6FCA", is_open: true, stuck_minutes: 5, disk: null },
+  pupils: [MIA, { ...MIA, id: "2", name: "Ben", hand_s: null }],
+} as unknown as ClassView;
+const ABOUT = { me: null, is_open: true, avatars: ["bus", "taxi"], title: "4b" };
+
+const fill = async (user: ReturnType<typeof userEvent.setup>, name: RegExp, text: string) => {
+  const field = await screen.findByLabelText(name);
+  await user.clear(field);
+  await user.type(field, text);
+};
+
+describe("who joins", () => {
+  it("is told of a wrong code, and gets a number for coming back after the name", async () => {
+    const user = userEvent.setup({ delay: null });
+    const asked = answerBy({
+      "/api/class/about": () => ABOUT,
+      "/api/class/check-code": ({ code }: { code: string }) => (code === "HQ6FCA" ? {} : new Refusal("wrong-class-code", "This is another code.")),
+      "/api/class/join": ({ name, avatar }: { name: string; avatar: string }) => ({ id: "1", name, avatar, number: "0042" }),
+    });
+    render(<Join />);
+    const next = await screen.findByRole("button", { name: "Next" });
+    expect(next.matches(":disabled")).toBe(true);
+    await fill(user, /code/i, "AAAAAA{Enter}");
+    expect((await screen.findByText("This is another code.")).getAttribute("role")).toBe("alert");
+    await fill(user, /code/i, "HQ6FCA{Enter}");
+    await user.click(await screen.findByRole("radio", { name: /2/ }));
+    await fill(user, /nickname/i, "Mia{Enter}");
+    expect((await screen.findByText("0042")).tagName).toBe("P");
+    expect(asked.at(-1)).toEqual(["/api/class/join", { code: "HQ6FCA", name: "Mia", avatar: "taxi" }]);
+  });
+
+  it("comes back by name and number; a code that was changed meanwhile is asked for again", async () => {
+    const user = userEvent.setup({ delay: null });
+    answerBy({
+      "/api/class/about": () => ABOUT,
+      "/api/class/check-code": () => ({}),
+      "/api/class/return": () => new Refusal("wrong-class-code", "The code is a new one."),
+    });
+    render(<Join />);
+    await fill(user, /code/i, "HQ6FCA{Enter}");
+    await user.click(await screen.findByRole("button", { name: "I was here before" }));
+    await fill(user, /nickname/i, "Mia");
+    await fill(user, /number/i, "004");
+    expect(screen.getByRole("button", { name: "Come in" }).matches(":disabled")).toBe(true);
+    await fill(user, /number/i, "0042{Enter}");
+    expect(await screen.findByText("The code is a new one.")).toBeTruthy();
+    expect(screen.getByLabelText<HTMLInputElement>(/code/i).value).toBe("HQ6FCA");
+  });
+});
+
+describe("the teacher", () => {
+  it("chooses the address that the QR code leads to", async () => {
+    const user = userEvent.setup({ delay: null });
+    const both = ["http://10.0.0.7/", "http://192.168.0.2/"];
+    const found = (addresses: string[]) => ({ code: "HQ6FCA", addresses, local_name: null, why_no_name: null, qr_code: `<svg>${addresses[0]}</svg>` });
+    const asked = answerBy({
+      "/api/teacher/addresses": () => found(both),
+      "/api/teacher/choose-address": ({ address }: { address: string }) => found([address, ...both.filter((other) => other !== address)]),
+    });
+    render(<HowToJoin view={VIEW} canChange />);
+    await user.click(await screen.findByRole("radio", { name: both[1] }));
+    expect(asked.at(-1)).toEqual(["/api/teacher/choose-address", { address: both[1] }]);
+    await waitFor(() => expect(screen.getByRole("img").getAttribute("src")).toContain(encodeURIComponent(both[1]!)));
+    expect(screen.getAllByRole<HTMLInputElement>("radio").map(({ checked }) => checked)).toEqual([true, false]);
+  });
+
+  it("is asked before a pupil is removed, and before the class ends", async () => {
+    const user = userEvent.setup({ delay: null });
+    const asked = answerBy({ "/api/teacher/remove": () => ({}), "/api/teacher/end": () => ({}), "/api/teacher/addresses": () => new Refusal("x", "none") });
+    render(
+      <Page title="">
+        <PupilsPart view={VIEW} />
+        <ClassPart view={VIEW} />
+      </Page>,
+    );
+    const removals = () => asked.filter(([path]) => path.endsWith("remove"));
+    await user.click(screen.getAllByRole("button", { name: "Remove from the class", hidden: true })[0]!);
+    await user.click(await screen.findByRole("button", { name: "Cancel" }));
+    expect(removals()).toEqual([]);
+    await user.click(screen.getAllByRole("button", { name: "Remove from the class", hidden: true })[0]!);
+    await user.click(within(await screen.findByRole("alertdialog")).getByRole("button", { name: "Remove from the class" }));
+    await waitFor(() => expect(removals()).toEqual([["/api/teacher/remove", { pupil: "1" }]]));
+    await user.type(screen.getByLabelText("Password"), "long enough");
+    await user.click(screen.getByRole("button", { name: "End the class" }));
+    await user.click(within(await screen.findByRole("alertdialog")).getByRole("button", { name: "End the class" }));
+    expect(await screen.findByText(say("class.classEnded"))).toBeTruthy();
+    expect(asked.at(-1)).toEqual(["/api/teacher/end", { password: "long enough" }]);
+  });
+
+  it("hands a mission out to those who are ticked, or to all, and hears whom it missed", async () => {
+    const user = userEvent.setup({ delay: null });
+    const missions = [{ id: "the-square", name: { en: "Four corners" } }];
+    const asked = answerBy({
+      "/api/teacher/progress": () => ({ missions, stars: {} }),
+      "/api/projects/list": () => [],
+      "/api/teacher/hand-out": () => ({ pupils: 1, missed: ["2"] }),
+    });
+    render(<HandOutPart view={VIEW} />);
+    await user.click(screen.getByRole("checkbox", { name: "Ben" }));
+    await user.click(await screen.findByRole("button", { name: "Four corners" }));
+    const given = () => asked.filter(([path]) => path.endsWith("hand-out")).map(([, message]) => message);
+    expect(given()).toEqual([{ mission: { id: "the-square" }, to: ["2"] }]);
+    expect((await screen.findByText(/Ben/, { selector: "[role=status]" })).textContent).toContain("Four corners");
+    await user.click(screen.getByRole("radio", { name: "All" }));
+    await user.click(screen.getByRole("button", { name: "Four corners" }));
+    expect(given()[1]).toEqual({ mission: { id: "the-square" }, to: null });
+  });
+
+  it("sees that a report is being made, and asks for no second one meanwhile", async () => {
+    const user = userEvent.setup({ delay: null });
+    let made: (page: string) => void = () => undefined;
+    const page = new Promise((resolve) => (made = resolve));
+    answerBy({ "/api/teacher/report.html?language=en": () => page });
+    Object.assign(URL, { createObjectURL: () => "blob:", revokeObjectURL: () => undefined });
+    render(<Report missions={[{ id: "the-square", name: { en: "Four corners" } } as never]} />);
+    const button = screen.getByRole("button", { name: say("class.checkReport") });
+    await user.click(button);
+    expect(screen.getByRole("status").textContent).not.toBe("");
+    expect(button.matches(":disabled")).toBe(true);
+    made("<p>");
+    await waitFor(() => expect(button.matches(":disabled")).toBe(false));
+    expect(screen.getByRole("status").textContent).toContain("the-square-report.html");
+  });
+});
