@@ -29,7 +29,7 @@ from scripts.studio_process import StudioProcess, build_page, project_link, runn
 VISITS, TIMED_S = 7, 5.0
 # Cars on the stage, and how many pictures a second are wanted at least.
 CROWDS = {13: 30, 100: 30, 1_000: 15}
-KB_GOAL, WORDS_GOAL_MS, PICTURE_GOAL_MS = 550, 60, 1000 / 30
+KB_GOAL, WORDS_GOAL_MS, PICTURE_GOAL_MS = 480, 60, 1000 / 30
 HEAP_GOAL_MB = 5
 LUCK_GOAL_S, LUCK_WORDS_GOAL_MS = 6, 50
 SIZES = {(1440, 900): 45, (1366, 768): 45, (1024, 768): 40, (390, 844): 40}

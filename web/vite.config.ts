@@ -154,7 +154,7 @@ function pyodide(): Plugin {
 /** What is fetched only when the page's script runs, yet every stage needs it. */
 const STAGE = "/mat/Stage.tsx";
 
-/** Names the chunk of a module: a chunk for all that only the studio's pages need, and one for the stage. */
+/** Names the chunk of a module: a chunk for all that only the studio's pages need, one for the stage, one for what asks. */
 function chunkNames(): (module: string, graph: Rolldown.ChunkingContext) => string | null {
   let names: Map<string, string | null> | null = null;
   const find = (graph: Rolldown.ChunkingContext) => {
@@ -165,7 +165,12 @@ function chunkNames(): (module: string, graph: Rolldown.ChunkingContext) => stri
       const { importedIds = [], dynamicallyImportedIds = [] } = graph.getModuleInfo(module) ?? {};
       for (const each of [...importedIds, ...(isWhole ? dynamicallyImportedIds : [])]) add(each, name, isWhole);
     };
+    // A small page fetches the question, and React Aria with it, when it first asks something: in one piece.
+    const question = join(import.meta.dirname, "src/ui/QuestionDialog.tsx");
+    found.set(question, "kit");
     for (const page of ["remote", "classroom"]) add(join(import.meta.dirname, `src/${page}/main.tsx`), null, true);
+    found.delete(question);
+    add(question, "kit", false);
     add(join(import.meta.dirname, "src/app/App.tsx"), "studio", false);
     add(join(import.meta.dirname, "src/mat/Stage.tsx"), "stage", false);
     return found;

@@ -15,9 +15,8 @@ from typing import Any, NamedTuple
 
 from motorcade.program.conditions import COMPARISONS
 from motorcade.program.diagnostics import ProgramError, error
-from motorcade.program.flow_steps import ALL_KINDS, ChangeStep, DoStep, FlowStep, IfStep, SetStep, TellStep
+from motorcade.program.flow_steps import ALL_KINDS, IN_TURN, ChangeStep, DoStep, FlowStep, IfStep, SetStep, TellStep
 from motorcade.program.model import Followers, Program
-from motorcade.program.schema import IN_TURN
 from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, TogetherStep, WaitStep, own_fields
 
 Workspace = dict[str, Any]

@@ -34,9 +34,9 @@ from motorcade.program.blocks import (
     plain,
 )
 from motorcade.program.diagnostics import BEHIND, DELETE, Diagnostic, Fix, ProgramError, error
-from motorcade.program.flow_steps import ALL_KINDS, DoStep, TellStep
+from motorcade.program.flow_steps import ALL_KINDS, IN_TURN, DoStep, TellStep
 from motorcade.program.model import Program, program_from_dict
-from motorcade.program.schema import FORMAT, IN_TURN
+from motorcade.program.schema import FORMAT
 from motorcade.program.steps import RepeatStep, TogetherStep, WaitStep
 
 _TICKS = {"TRUE": True, "FALSE": False}

@@ -148,7 +148,7 @@ describe("the blocks", () => {
     useSettings.setState({ level: "start" });
     const first = decides();
     useSettings.setState({ level: "words" });
-    expect(first).toEqual(["if", "if_else", "wait_until", "when_obstacle", "when_person", "when_voice", "when_floor"]);
+    expect(first).toEqual(["wait_until", "if", "if_else", "when_obstacle", "when_person", "when_voice", "when_floor"]);
     expect(decides(["drive", "repeat", "wait"])).toEqual([]);
     expect(decides(["drive", "change"])).toEqual(["change"]);
     expect(decides(["if", "repeat"]).slice(0, 4)).toEqual(["if", "if_else", "repeat_until", "forever"]);

@@ -56,6 +56,7 @@ const STEPS = [{ name: "STEPS" }];
 const REPEATS = ["repeat", "if"];
 
 const BLOCKS = {
+  wait_until: { drawer: "decide", icon: "wait", fields: () => [gap("UNTIL")], inStart: true, needs: ["wait", "if"] },
   if: { drawer: "decide", icon: "if", fields: () => [gap("WHEN")], holds: [{ name: "THEN" }], inStart: true, needs: ["if"] },
   if_else: {
     drawer: "decide",
@@ -65,7 +66,6 @@ const BLOCKS = {
     inStart: true,
     needs: ["if"],
   },
-  wait_until: { drawer: "decide", icon: "wait", fields: () => [gap("UNTIL")], inStart: true, needs: ["wait", "if"] },
   repeat_until: { drawer: "decide", icon: "repeat", fields: () => [gap("UNTIL")], holds: STEPS, needs: REPEATS },
   forever: { drawer: "decide", icon: "repeat", holds: STEPS, needs: REPEATS },
   when_obstacle: { drawer: "decide", style: "sense", icon: "avoid", fields: (profile) => [menu("LEVEL", () => radii(profile))], inStart: true },

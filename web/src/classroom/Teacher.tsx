@@ -14,7 +14,7 @@ import { Action, Field, Form, Page, Problem } from "../ui/page";
 import { titleOr, useAttempt } from "./attempt";
 import css from "./class.module.css";
 import { secretInAddress } from "./secret";
-import { useClass } from "./WallPage";
+import { useClass } from "./useClass";
 
 const SHORTEST_PASSWORD = 8;
 

@@ -2,7 +2,7 @@
 
 import { lazy, type ReactNode, Suspense, useCallback, useEffect, useRef, useState } from "react";
 import { type Answer, decodePicture } from "../api/world";
-import type { ClassView, TeacherAbout, TeacherAnswer, ClassWall, WallWorld } from "../generated/classroom";
+import type { TeacherAbout, ClassWall, WallWorld } from "../generated/classroom";
 import type { Goals, Sentence } from "../generated/messages";
 import { inLanguage, type KeyIn, useTexts } from "../i18n";
 import { Action, Page } from "../ui/page";
@@ -12,23 +12,10 @@ import { Avatar } from "./Avatar";
 import { Tiles } from "./drawing";
 import { HowToJoin } from "./TeacherClass";
 import { AllStages, WorldCanvas } from "./Stages";
+import { useClass } from "./useClass";
 import css from "./class.module.css";
 
 const ShownBlocks = lazy(() => import("./ShownBlocks"));
-
-/** The class, as it changes. */
-export function useClass(): { view: ClassView | null; open: boolean } {
-  const [view, setView] = useState<ClassView | null>(null);
-  const [open, setOpen] = useState(false);
-  useEffect(() => {
-    const stream = new ClassStream<TeacherAnswer>("/api/teacher/stream", {
-      onAnswer: (answer) => answer.is === "class" && setView(answer),
-      onLink: setOpen,
-    });
-    return () => stream.close();
-  }, []);
-  return { view, open };
-}
 
 /** Show the children to who has signed in as the teacher in this browser, and to others the way there. */
 function TeacherOnly({ title, children }: { title: KeyIn<"class">; children: ReactNode }) {
@@ -133,7 +120,7 @@ function WallPage() {
   const pupil = view?.pupils.find((each) => each.id === id);
   if (id === null)
     return (
-      <Page title={titleOr(view?.title, t("wallTitle"))} tools={<b className={css.code}>{view?.code}</b>}>
+      <Page title={titleOr(view?.title, t("wallTitle"))} tools={<b className={css.code}>{view?.code}</b>} className={css.wide}>
         {view && !open && <p className={css.notice}>{t("linkLost")}</p>}
         {view && <AllStages pupils={view.pupils} mat={view.mat} />}
         {view?.pupils.length === 0 && <HowToJoin view={view} />}
@@ -173,7 +160,7 @@ function MatPage() {
   const entries = view?.mat.entries.map((id) => view.pupils.find((pupil) => pupil.id === id)) ?? [];
   const title = view && view.mat.state !== "closed" ? inLanguage(view.mat.title) : t("matTitle");
   return (
-    <Page title={title} tools={<b className={css.code}>{view?.code}</b>}>
+    <Page title={title} tools={<b className={css.code}>{view?.code}</b>} className={css.wide}>
       {view?.mat.state === "closed" && <p className={css.notice}>{t("matClosed")}</p>}
       {view?.mat.state === "collecting" && (
         <>
