@@ -187,6 +187,25 @@ async def stop_car(run: "Lesson") -> None:
     await _stop_by_another(run)
 
 
+async def lift_the_teachers_stop(run: "Lesson") -> None:
+    """Who has the car can't lift the stop of the teacher."""
+    from tests.faults import lesson_teacher
+
+    pupil = run.draw(run.pupils)
+    if pupil is None or run.control is None:
+        return
+    await hand_over(run, pupil)
+    await lesson_teacher.stop(run)
+    page = (await pupil.browser.open("/drive/ws")).follow()
+    page.send({"do": "join", "car": CAR})
+    await asyncio.sleep(0.5)
+    page.send({"do": "clear", "car": CAR})
+    await asyncio.sleep(0.5)
+    state = run.control.telemetry().state
+    run.world.keep("stop-holds", state == "stopped", f"{pupil.name} has lifted the teacher's stop: {state}")
+    page.close()
+
+
 async def late_sticks(run: "Lesson") -> None:
     """A stick's positions that come late move nothing."""
     pupil = run.draw(run.pupils)
@@ -304,4 +323,4 @@ def names(run: "Lesson") -> Replaced:
     }
 
 
-ACTS = [(1.6, drive), (0.6, stop_car), (0.6, late_sticks), (0.6, play)]
+ACTS = [(1.6, drive), (0.6, stop_car), (0.5, lift_the_teachers_stop), (0.6, late_sticks), (0.6, play)]
