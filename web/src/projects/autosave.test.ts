@@ -1,4 +1,4 @@
-import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { afterAll, afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { useDialogs } from "../state/dialogs";
 import { own } from "../state/otherTabs";
 import { useStudio } from "../state/studio";
@@ -24,10 +24,13 @@ describe("autosave", () => {
   const stored = () => parseWork(localStorage.getItem(own.place));
   beforeEach(() => void vi.useFakeTimers());
   afterEach(() => void vi.useRealTimers());
+  let end: () => void;
+  afterAll(() => end());
 
   it("keeps a change shortly after it, and the newest of many", async () => {
+    localStorage.clear();
     await autosave.find();
-    autosave.start();
+    end = autosave.start();
     useStudio.setState({ leader: { blocks: { first: true } } });
     vi.advanceTimersByTime(200);
     useStudio.setState({ leader: { blocks: { second: true } }, unsaved: true });

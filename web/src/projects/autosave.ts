@@ -13,6 +13,7 @@ import { notify } from "../state/dialogs";
 import { heldByOthers, own, PLACE_KEY } from "../state/otherTabs";
 import { keep } from "../state/storage";
 import { type Studio, useStudio } from "../state/studio";
+import { endAll } from "../ui/areas";
 import { Keeper, type Place } from "./keeper";
 import { sameProject } from "./project";
 
@@ -126,18 +127,24 @@ class Autosave implements Place {
     this.isStored = isStored;
   }
 
-  /** Store every change shortly after it, and at once when the page is left; ask who leaves what can't be stored. */
-  start(): void {
-    this.keeper.start();
-    window.addEventListener("storage", ({ key }) => {
+  /** Store every change shortly after it, and at once when the page is left; ask who leaves what can't be stored; returns a function that ends this. */
+  start(): () => void {
+    const writeAgain = ({ key }: StorageEvent) => {
       if (key !== own.place) return;
       this.keeper.note();
       void this.keeper.keepNow();
-    });
-    window.addEventListener("beforeunload", (event) => {
+    };
+    const leave = (event: BeforeUnloadEvent) => {
       void this.keeper.keepNow();
       if (!this.isStored) askUnlessSaved(event);
-    });
+    };
+    window.addEventListener("storage", writeAgain);
+    window.addEventListener("beforeunload", leave);
+    return endAll(
+      this.keeper.start(),
+      () => window.removeEventListener("storage", writeAgain),
+      () => window.removeEventListener("beforeunload", leave),
+    );
   }
 }
 

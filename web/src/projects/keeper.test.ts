@@ -65,15 +65,14 @@ const pairWindow = (editor: EditorName): Case => ({
   },
 });
 
-let isAutosaving = false;
+let endAutosave: (() => void) | null = null;
 const CASES: Record<string, Case> = {
   autosave: {
     editor: "leader",
     start: async () => {
       await autosave.find();
       // It lasts as long as the page.
-      if (!isAutosaving) autosave.start();
-      isAutosaving = true;
+      endAutosave ??= autosave.start();
       return { isKept: () => !asks(), end: () => undefined };
     },
   },
@@ -97,6 +96,7 @@ const others = () => Object.keys(localStorage).map((key) => localStorage.getItem
 await startTexts(texts);
 library.watch();
 afterAll(() => {
+  endAutosave?.();
   localStorage.clear();
   sessionStorage.clear();
   usePair.setState({ me: "", view: null });
