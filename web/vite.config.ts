@@ -221,6 +221,9 @@ function lock(runtime: string, wheel: string, content: Buffer): object {
   return { info, packages: { msgspec } };
 }
 
+// Tests of what lasts as long as a page: each file needs a page of its own.
+const ALONE = ["src/projects/autosave.test.ts", "src/projects/keeper.test.ts", "src/pupil/store.test.ts"];
+
 export default defineConfig({
   // Relative addresses: the site may be below any path.
   base: "./",
@@ -245,5 +248,15 @@ export default defineConfig({
     host: "127.0.0.1",
     proxy: { "^/(api/|drive/|camera|assets/blockly/)": { target: STUDIO, ws: true, changeOrigin: true, headers: { origin: STUDIO } } },
   },
-  test: { environment: "jsdom", isolate: false, testTimeout: 30_000, hookTimeout: 60_000, setupFiles: "src/test-setup.ts", include: ["src/**/*.test.{ts,tsx}"] },
+  test: {
+    environment: "jsdom",
+    testTimeout: 30_000,
+    hookTimeout: 60_000,
+    setupFiles: "src/test-setup.ts",
+    projects: [
+      // One page for many files takes a quarter of the time.
+      { extends: true, test: { name: "together", isolate: false, include: ["src/**/*.test.{ts,tsx}"], exclude: ALONE } },
+      { extends: true, test: { name: "alone", include: ALONE } },
+    ],
+  },
 });
