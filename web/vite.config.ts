@@ -222,7 +222,7 @@ function lock(runtime: string, wheel: string, content: Buffer): object {
 }
 
 // Tests of what lasts as long as a page: each file needs a page of its own.
-const ALONE = ["src/projects/autosave.test.ts", "src/projects/keeper.test.ts", "src/pupil/store.test.ts"];
+const ALONE = ["mat/session", "projects/autosave", "projects/keeper", "pupil/store"].map((name) => `src/${name}.test.ts`);
 
 export default defineConfig({
   // Relative addresses: the site may be below any path.
