@@ -133,7 +133,7 @@ def test_each_example_and_each_whole_program_opens_in_the_studio(site, language)
     assert {titles[name]: each.leader for name, each in shown if name in titles} == {
         name: example(name).leader for name in titles.values()
     }
-    assert [name for name, _ in shown if name not in titles] == ["patrol"]
+    assert [name for name, _ in shown if name not in titles] == ["patrol", "laps"]
     assert [name for name, _ in map(project_in, links["tutorial"])] == ["square"]
     for _, project in shown:
         compiled = compile_blocks(Blocks(project.leader, project.followers, project.profile))

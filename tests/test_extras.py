@@ -44,7 +44,6 @@ def run(programs, words, folder):
         (("motorcade", *SIMULATE, "--record", "a.svg"), ("world", "runs")),
         (("motorcade", "drive", "serve", "--port", "0", "--mat", str(PARADE)), ("world",)),
         (("motorcade", "drive", "keys", "keys", "--driver", "lin"), ("drive",)),
-        (("motorcade", "site", "-o", "site"), ("studio",)),
         # Whatever the studio needs is imported before these options exclude each other.
         (("motorcade", "studio", "--insecure-lan", "--https", "none.pem"), ("studio",)),
         (("motorcade", "install-firmware", "--dry-run", "--chip", "rp2040"), ("firmware",)),

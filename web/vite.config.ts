@@ -154,7 +154,13 @@ function pyodide(): Plugin {
 /** What is fetched only when the page's script runs, yet every stage needs it. */
 const STAGE = "/mat/Stage.tsx";
 
-/** Names the chunk of a module: a chunk for all that only the studio's pages need, one for the stage, one for what asks. */
+/** What all pages need. */
+const SHARED = /\/src\/(api|i18n|state|ui)\/|\/src\/(classroom\/ask|mat\/document|blocks\/figures)\.ts$|\/node_modules\/(react|zustand)\/|\bvite\/(modulepreload-polyfill|preload-helper)/;
+
+/**
+ * Names the chunk of a module: a chunk for all that only the studio's pages need, one for the stage, one for what asks, and
+ * one for what all pages need.
+ */
 function chunkNames(): (module: string, graph: Rolldown.ChunkingContext) => string | null {
   let names: Map<string, string | null> | null = null;
   const find = (graph: Rolldown.ChunkingContext) => {
@@ -170,6 +176,8 @@ function chunkNames(): (module: string, graph: Rolldown.ChunkingContext) => stri
     found.set(question, "kit");
     for (const page of ["remote", "classroom"]) add(join(import.meta.dirname, `src/${page}/main.tsx`), null, true);
     found.delete(question);
+    // What all pages need is one file, and not one for each set of pages.
+    for (const [module, name] of found) if (name === null && SHARED.test(module)) found.set(module, "shared");
     add(question, "kit", false);
     add(join(import.meta.dirname, "src/app/App.tsx"), "studio", false);
     add(join(import.meta.dirname, "src/mat/Stage.tsx"), "stage", false);

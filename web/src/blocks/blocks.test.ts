@@ -178,9 +178,9 @@ describe("what ends a step", () => {
 
   it("can be chosen only where conditions are", () => {
     const block = new Blockly.Workspace().newBlock("motorcade_wait");
-    fitEnds(block, true);
+    fitEnds(block, () => true);
     expect(shown(block)).toContain("ENDS_ROW");
-    fitEnds(block, false);
+    fitEnds(block, () => false);
     expect(shown(block)).not.toContain("ENDS_ROW");
   });
 
@@ -209,10 +209,10 @@ describe("what ends a step", () => {
     drive.setFieldValue("both", "ENDS");
     drive.getInput("UNTIL")!.connection!.connect(condition(workspace));
     together.getInput("STEPS")!.connection!.connect(drive.previousConnection!);
-    fitEnds(together, true);
+    fitEnds(together, () => true);
     expect([drive.getFieldValue("ENDS"), shown(drive)]).toEqual(["time", ["TIME"]]);
     together.setFieldValue("until", "ENDS");
-    fitEnds(together, true);
+    fitEnds(together, () => true);
     expect(shown(drive)).toEqual([]);
   });
 });

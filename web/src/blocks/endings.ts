@@ -100,23 +100,36 @@ export function followEnds(block: Blockly.Block, accompanying: boolean): void {
   });
 }
 
-/** Fit a block and those inside it to where they are. */
-export function fitEnds(first: Blockly.Block, offered: boolean): void {
-  for (const block of first.getDescendants(false)) {
-    if (!block.getField(ENDS)) continue;
-    const inside = isPart(block.getSurroundParent());
-    // A part of others has no condition of its own.
-    if (inside && block.getInputTargetBlock(UNTIL)) block.setFieldValue("time", ENDS);
-    shape(block, block.getFieldValue(ENDS) as Way, offered);
-  }
+/** The field is offered on the block that is selected: others are as narrow as without it. */
+export const isSelected = ({ id }: Blockly.Block) => Blockly.common.getSelected()?.id === id;
+
+/** Fit a block to where it is. */
+function fitBlock(block: Blockly.Block, offered: boolean): void {
+  if (!block.getField(ENDS)) return;
+  const inside = isPart(block.getSurroundParent());
+  // A part of others has no condition of its own.
+  if (inside && block.getInputTargetBlock(UNTIL)) block.setFieldValue("time", ENDS);
+  shape(block, block.getFieldValue(ENDS) as Way, offered);
 }
 
-/** Fit each block that comes, moves, or changes how it ends. */
-export function fitEveryBlock(workspace: Blockly.WorkspaceSvg, offered: () => boolean): void {
+/** Fit a block and those inside it. */
+export function fitEnds(first: Blockly.Block, offered: (block: Blockly.Block) => boolean): void {
+  for (const block of first.getDescendants(false)) fitBlock(block, offered(block));
+}
+
+/** Fit each block that comes, moves, is selected or left, or changes how it ends. */
+export function fitEveryBlock(workspace: Blockly.WorkspaceSvg, offered: (block: Blockly.Block) => boolean): void {
   workspace.addChangeListener((event) => {
+    if (event instanceof Blockly.Events.Selected) {
+      for (const id of [event.oldElementId, event.newElementId]) {
+        const selected = id ? workspace.getBlockById(id) : null;
+        if (selected) fitBlock(selected, offered(selected));
+      }
+      return;
+    }
     const isChange = event instanceof Blockly.Events.BlockChange && event.name === ENDS;
     if (!isChange && !(event instanceof Blockly.Events.BlockCreate) && !(event instanceof Blockly.Events.BlockMove)) return;
     const block = workspace.getBlockById(event.blockId!);
-    if (block) fitEnds(block, offered());
+    if (block) fitEnds(block, offered);
   });
 }

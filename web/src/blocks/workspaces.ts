@@ -8,7 +8,7 @@ import { useSettings, type ThemeName } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { hatOf, offersConditions, toolboxOf } from "./definitions";
 import { DRAWER_PLUGINS } from "./drawers";
-import { fitEnds, fitEveryBlock } from "./endings";
+import { fitEnds, fitEveryBlock, isSelected } from "./endings";
 import { followNames } from "./names";
 
 const live = new Map<EditorName, Blockly.WorkspaceSvg>();
@@ -42,7 +42,7 @@ export function offerBlocks(steps: readonly string[] | null, locked: boolean): v
 const mayAsk = (editor: EditorName) => editor === "leader" && offersConditions(offer.steps);
 
 function fitAll(editor: EditorName, workspace: Blockly.WorkspaceSvg): void {
-  for (const top of workspace.getTopBlocks(false)) fitEnds(top, mayAsk(editor));
+  for (const top of workspace.getTopBlocks(false)) fitEnds(top, (block) => mayAsk(editor) && isSelected(block));
 }
 
 /** The editors whose blocks somebody else makes, which this page only shows. */
@@ -88,7 +88,7 @@ export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.
   host.addEventListener("focusin", () => beginUnderHat(editor, workspace));
   live.set(editor, workspace);
   lock(workspace);
-  fitEveryBlock(workspace, () => mayAsk(editor));
+  fitEveryBlock(workspace, (block) => mayAsk(editor) && isSelected(block));
   followNames(workspace);
   return workspace;
 }
