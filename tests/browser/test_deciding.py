@@ -19,6 +19,7 @@ def test_a_guard_dog_is_built_with_the_mouse(show) -> None:
     studio.expect_words(GUARDS)
     # It shines until somebody says 'stop', and not for one second.
     light = studio.block("leader", "light up")
+    light.click(position={"x": 14, "y": 14})
     studio.field(light, "+").click()
     studio.page.get_by_role("option", name=studio.say("blocks.endsMenu.until"), exact=True).click()
     studio.drag_into("decide", "somebody says", light)

@@ -31,8 +31,8 @@ const vite = await createServer({
   optimizeDeps: { noDiscovery: true },
 });
 const load = (path) => vite.ssrLoadModule(`/src/${path}`);
-const { changeLanguage, startLanguages } = await load("i18n/index.ts");
-startLanguages();
+const { changeLanguage, startTexts } = await load("i18n/index.ts");
+await startTexts((await vite.ssrLoadModule("virtual:texts/studio")).default);
 const { connectTo } = await load("api/service.ts");
 const { session } = await load("mat/session.ts");
 const { useMat } = await load("mat/store.ts");
@@ -74,7 +74,7 @@ function laneOf(car, tMs, nowMs) {
 }
 
 async function told({ ask }) {
-  changeLanguage(ask);
+  await changeLanguage(ask);
   await new Promise((done) => setTimeout(done));
   // Another language is drawn, then told, then drawn: each only in a turn of its own.
   for (let turn = 0; turn < 5; turn++) {

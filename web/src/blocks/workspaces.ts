@@ -164,6 +164,9 @@ export function disposeWorkspace(editor: EditorName): void {
   live.delete(editor);
 }
 
+/** Blockly tells of new blocks so much later at most. */
+const EVENTS_MS = 200;
+
 /** Make many blocks and draw them: each text is measured once, and the workspace when all blocks are there. */
 export function drawAtOnce(workspace: Blockly.WorkspaceSvg, make: () => void): void {
   Blockly.utils.dom.startTextWidthCache();
@@ -171,8 +174,8 @@ export function drawAtOnce(workspace: Blockly.WorkspaceSvg, make: () => void): v
   make();
   Blockly.renderManagement.triggerQueuedRenders(workspace);
   workspace.setResizesEnabled(true);
-  // Blocks above and beside the new ones are drawn again in the next picture.
-  void Blockly.renderManagement.finishQueuedRenders().then(() => Blockly.utils.dom.stopTextWidthCache());
+  // Blocks above and beside the new ones are drawn again in the next picture, and all once more when their events have come.
+  void Blockly.renderManagement.finishQueuedRenders().then(() => setTimeout(Blockly.utils.dom.stopTextWidthCache, EVENTS_MS));
 }
 
 /** Fill the editor; a state without the first block gets one. */
