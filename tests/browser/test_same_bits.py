@@ -8,10 +8,11 @@ import runpy
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import Phase, given, reject, settings
 from hypothesis import strategies as st
 
 from motorcade import World
+from motorcade.errors import MatError
 from motorcade.mats import read_mat
 from motorcade.missions.document import missions
 from motorcade.program.blocks_reader import program_of
@@ -29,7 +30,8 @@ from support.world_hash import page_hash
 from support.worlds import ROAMING, Case, cases
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-FEW = settings(max_examples=max(settings().max_examples // 10, 1))
+# A smaller case is not looked for: each takes a page seconds.
+FEW = settings(max_examples=max(settings().max_examples // 10, 1), phases=[Phase.explicit, Phase.generate])
 RUN_MS = 20_000 if SOAK else 400
 # The worker's own code takes the message and posts the answer.
 ASK = """([name, message]) => new Promise((done) => {
@@ -67,7 +69,12 @@ def on_this_computer(mat, images, profile, seed, durations_ms):
 def test_any_world_has_the_same_bits(ask, case: Case) -> None:
     run_ms = [100 * case.mat.tick_ms] * 3
     world = (case.mat, case.images, case.profile, case.seed, run_ms)
-    assert ask("world", *world) == on_this_computer(*world)
+    try:
+        expected = on_this_computer(*world)
+    except MatError:
+        # A polygon may meet itself.
+        reject()
+    assert ask("world", *world) == expected
 
 
 def documents():
