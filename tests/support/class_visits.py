@@ -54,6 +54,12 @@ class ClassVisit(Watched):
         page.goto(self.base + path)
         return page
 
+    def close_windows(self) -> None:
+        """Close all pages but the first."""
+        for page in self.context.pages:
+            if page is not self.page:
+                page.close()
+
     # A pupil.
 
     def join(self, name: str, code: str, link: str = "") -> None:
