@@ -162,13 +162,16 @@ void motorcade_blocks_move_to_start(uint8_t *buffer, uint32_t begin, uint32_t en
 #define MOTORCADE_POSITIONS_VOICE_AT 13
 #define MOTORCADE_POSITIONS_PIR_AT 12
 #define MOTORCADE_POSITIONS_FLOOR_AT 11
-/* The same of what ends a state of a leader that decides, and of a flow word. */
+/* The same of what ends a state of a leader that decides. */
 #define MOTORCADE_POSITIONS_UNTIL_AT 7
 #define MOTORCADE_POSITIONS_UNTIL_NOT_AT 6
 #define MOTORCADE_POSITIONS_UNTIL_LEVEL_AT 4
-#define MOTORCADE_POSITIONS_OP_AT 28
-#define MOTORCADE_POSITIONS_TARGET_AT 20
-#define MOTORCADE_POSITIONS_CONDITION_AT 16
+/* The same of a flow word, in its upper half (up to the condition) or its lower half, of 16 bits each: a chip is slow
+ * with integers from 2^30 up.
+ */
+#define MOTORCADE_POSITIONS_OP_AT 12
+#define MOTORCADE_POSITIONS_TARGET_AT 4
+#define MOTORCADE_POSITIONS_CONDITION_AT 0
 #define MOTORCADE_POSITIONS_IF_NOT_AT 15
 #define MOTORCADE_POSITIONS_LEVEL_AT 13
 #define MOTORCADE_POSITIONS_COUNTER_AT 11
@@ -528,13 +531,17 @@ uint8_t motorcade_frames_follower_sends(uint32_t *s, uint8_t air_is_busy, uint32
 #define MOTORCADE_DECISIONS_VOICES 5 /* bit 0: 'stop' was heard since the state began; bit 1: 'go' was */
 #define MOTORCADE_DECISIONS_COUNTS 6 /* the four counters */
 #define MOTORCADE_DECISIONS_CALLS 10 /* how many calls will return, at most MOST_CALLS */
-#define MOTORCADE_DECISIONS_RETURNS 11 /* where they go on, the last one first: MOST_CALLS places */
-#define MOTORCADE_DECISIONS_IS_TELLING 15 /* 1 from the first tell on */
-#define MOTORCADE_DECISIONS_TURNS 16 /* how many follower words are sent in turn; 0: the one of the slot */
-#define MOTORCADE_DECISIONS_WAITS 17 /* 1 while a tell waits for its slot */
-#define MOTORCADE_DECISIONS_TOLD 18 /* SLOT of that tell */
-#define MOTORCADE_DECISIONS_TOLD_TURNS 19 /* TURNS of that tell */
-#define MOTORCADE_DECISIONS_SIZE 20
+#define MOTORCADE_DECISIONS_LAST_CALL 11 /* the place of RETURNS at which the last call is */
+#define MOTORCADE_DECISIONS_RETURNS 12 /* where they go on: a ring of MOST_CALLS places */
+#define MOTORCADE_DECISIONS_IS_TELLING 16 /* 1 from the first tell on */
+#define MOTORCADE_DECISIONS_TURNS 17 /* how many follower words are sent in turn; 0: the one of the slot */
+#define MOTORCADE_DECISIONS_WAITS 18 /* 1 while a tell waits for its slot */
+#define MOTORCADE_DECISIONS_TOLD 19 /* SLOT of that tell */
+#define MOTORCADE_DECISIONS_TOLD_TURNS 20 /* TURNS of that tell */
+#define MOTORCADE_DECISIONS_SIZE 21
+/* The highest bit of a word's upper half says whether it is a flow word. */
+#define MOTORCADE_DECISIONS_FLOW_AT 15
+#define MOTORCADE_DECISIONS_LOWER_HALF 65535U
 #define MOTORCADE_DECISIONS_MOST_FLOW_WORDS 16
 #define MOTORCADE_DECISIONS_MOST_CALLS 4
 

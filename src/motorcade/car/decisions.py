@@ -209,8 +209,8 @@ def next_state(
     """
     if s[RUNNING] and end_state(s, now, levels) == 0:
         return 0
-    index = d[NEXT]
-    left = d[FLOW_LEFT]
+    index: uint8 = d[NEXT]
+    left: uint8 = d[FLOW_LEFT]
     while left > 0:
         word = image[1 + index]
         upper: uint16 = word >> 16
