@@ -171,11 +171,7 @@ def leaders_in(canvas: Locator) -> int:
 def expect_leaders(canvas: Locator, count: int) -> None:
     """Wait until a canvas shows so many leaders."""
     expect(canvas).to_be_visible()
-    for _ in range(300):
-        if leaders_in(canvas) == count:
-            return
-        canvas.page.wait_for_timeout(100)
-    assert leaders_in(canvas) == count
+    wait_until(lambda: leaders_in(canvas) == count)
 
 
 def assert_clear(page) -> None:
