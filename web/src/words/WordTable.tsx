@@ -7,7 +7,7 @@ import { useTexts } from "../i18n";
 import { usePython } from "../python/text";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { usePrinting, useScroll } from "../ui/areas";
+import { usePrinting, useScroll } from "../ui/panes";
 import { bitsOf, blockOf, colourOf, fieldsOf, hasBlockIn, isLit, isNarrow, spansOf, fieldMeaning } from "./bits";
 import { askedKeyOf, askedBy } from "./deciding";
 import { storyOf } from "./story";
