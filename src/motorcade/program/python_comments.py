@@ -26,14 +26,14 @@ class Comments:
 
 
 @dataclass(slots=True, kw_only=True)
-class Item(Comments):
+class WrittenStep(Comments):
     """A step to write, with its comments, the steps inside it by list, and its present text where that can stay."""
 
     step: Step
-    lists: dict[str, list["Item"]] = field(default_factory=dict)
+    lists: dict[str, list["WrittenStep"]] = field(default_factory=dict)
     text: str = ""
 
-    def inside(self) -> list["Item"]:
+    def inside(self) -> list["WrittenStep"]:
         """Return the steps inside it."""
         return [item for row in self.lists.values() for item in row]
 
@@ -42,7 +42,7 @@ class Item(Comments):
         return [*comments_in(self.inside()), *self.end]
 
 
-def comments_in(items: Iterable[Item]) -> list[str]:
+def comments_in(items: Iterable[WrittenStep]) -> list[str]:
     """Return the comments of items, and of the steps inside them."""
     found = []
     for item in items:
@@ -52,7 +52,7 @@ def comments_in(items: Iterable[Item]) -> list[str]:
 
 def items_of(
     row: Sequence[Step], path: str, old: PythonProgram, places: dict[str, Node], comments: dict[str, Comments]
-) -> list[Item]:
+) -> list[WrittenStep]:
     """Return the steps that stand at ``path`` of a text, with their comments, which are taken out of ``comments``.
 
     ``places`` are the parts of the text by their paths.
@@ -61,7 +61,7 @@ def items_of(
     for number, step in enumerate(row):
         place = f"{path}[{number}]"
         own = comments.pop(place, Comments())
-        item = Item(own.before, own.behind, own.end, step=step)
+        item = WrittenStep(own.before, own.behind, own.end, step=step)
         for name, inside in step.lists.items():
             item.lists[name] = items_of(inside, f"{place}.{step.inside_at[name]}", old, places, comments)
         # The steps of a function with parameters have no place of their own.
@@ -77,7 +77,7 @@ def items_of(
     return items
 
 
-def merged(old: Sequence[Item], row: Sequence[Step]) -> tuple[list[Item], list[str]]:
+def merged(old: Sequence[WrittenStep], row: Sequence[Step]) -> tuple[list[WrittenStep], list[str]]:
     """Return the items of a new row, which take over the comments of the old ones, and the comments left at its end.
 
     The comments of a step that is gone stand before the next one that stayed.
@@ -86,13 +86,13 @@ def merged(old: Sequence[Item], row: Sequence[Step]) -> tuple[list[Item], list[s
     gone = [position for position in range(len(old)) if position not in places]
     items = []
     for step, place in zip(row, places, strict=True):
-        before = Item(step=step)
+        before = WrittenStep(step=step)
         orphaned: list[str] = []
         if place is not None:
             before = old[place]
             orphaned = comments_in(old[position] for position in gone if position < place)
             gone = [position for position in gone if position > place]
-        item = Item([*orphaned, *before.before], before.behind, step=step)
+        item = WrittenStep([*orphaned, *before.before], before.behind, step=step)
         lost = dict(before.lists)
         for name, inside in step.lists.items():
             item.lists[name], left = merged(lost.pop(name, []), inside)

@@ -13,7 +13,7 @@ from motorcade.program.flow_steps import IfStep
 from motorcade.program.model import Program, bare, without_ids
 from motorcade.program.python_calls import parameters_of
 from motorcade.program.python_comments import (
-    Item,
+    WrittenStep,
     comments_of,
     import_of,
     indented,
@@ -155,14 +155,14 @@ class _Updater:
         return [comment.text for comment in self._old.source.comments() if start <= comment.start < end]
 
 
-def _lines(row: Sequence[Item], texts: StatementTexts, depth: int) -> list[str]:
+def _lines(row: Sequence[WrittenStep], texts: StatementTexts, depth: int) -> list[str]:
     """Return the lines of steps with their comments; of none, ``pass``."""
     if not row:
         return indented(["pass"], depth)
     return [line for item in row for line in _statement(item, texts, depth)]
 
 
-def _statement(item: Item, texts: StatementTexts, depth: int, before: str = "") -> Iterator[str]:
+def _statement(item: WrittenStep, texts: StatementTexts, depth: int, before: str = "") -> Iterator[str]:
     """Yield the lines of one step; ``before`` is put before the word if."""
     step = item.step
     head = before + texts.head(step)

@@ -10,7 +10,7 @@ from motorcade.program.python_comments import (
     INDENT,
     LONGEST_LINE,
     Comments,
-    Item,
+    WrittenStep,
     comments_in,
     comments_of,
     import_of,
@@ -88,7 +88,7 @@ class _Writer:
             left += [*comments.before, *comments.behind, *comments.end]
         return self._call(Program.__name__, rows + indented(left, 1), 0)
 
-    def _old_items(self) -> tuple[list[Item], list[Item]]:
+    def _old_items(self) -> tuple[list[WrittenStep], list[WrittenStep]]:
         """Return the steps of the leader and of the followers in the present text."""
         if self._old is None:
             return [], []
@@ -99,7 +99,7 @@ class _Writer:
         steps = program.followers.steps
         return leader, items_of(steps, "followers.steps", self._old, self._nodes, self._comments)
 
-    def _followers(self, followers: Followers, old: list[Item]) -> str:
+    def _followers(self, followers: Followers, old: list[WrittenStep]) -> str:
         settings = settings_of(followers)
         path = "followers"
         if "followers.steps" in self._nodes:
@@ -111,7 +111,7 @@ class _Writer:
             rows += self._argument(f"followers.{name}", f"{name}={plain(value)!r}", 2)
         return self._call(Followers.__name__, [*rows, *self._end("followers", 2)], 1)
 
-    def _list(self, old: list[Item], row: Sequence[Step], path: str, depth: int) -> str:
+    def _list(self, old: list[WrittenStep], row: Sequence[Step], path: str, depth: int) -> str:
         """Return steps as a list, one a line; ``path`` is the part with the comments at its end."""
         items, left = merged(old, row)
         lines = self._lines(items, depth + 1) + indented(left, depth + 1) + self._end(path, depth + 1)
@@ -119,11 +119,11 @@ class _Writer:
             return "[]"
         return "\n".join(["[", *lines, INDENT * depth + "]"])
 
-    def _lines(self, items: Iterable[Item], depth: int) -> list[str]:
+    def _lines(self, items: Iterable[WrittenStep], depth: int) -> list[str]:
         """Return the lines of steps with their comments."""
         return [line for item in items for line in _commented(self._text(item, depth), item, depth)]
 
-    def _text(self, item: Item, depth: int) -> str:
+    def _text(self, item: WrittenStep, depth: int) -> str:
         """Return a step's text: on one line where that is short enough and no comment stands inside."""
         inside = item.inside()
         if not item.comments_inside():
@@ -137,7 +137,7 @@ class _Writer:
         rows += indented([f"{value}," for value in named], depth + 1)
         return self._call(name_of(item.step), rows, depth)
 
-    def _one_line(self, item: Item) -> str:
+    def _one_line(self, item: WrittenStep) -> str:
         if item.text:
             self.texts.used |= {name_of(step) for _, step in walk([item.step], "")}
             return item.text
