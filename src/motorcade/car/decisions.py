@@ -34,7 +34,6 @@ from motorcade.car.brain import (
     WORD,
     ImageWords,
     begin_word,
-    break_off,
     draw,
     end_state,
 )
@@ -103,6 +102,11 @@ SIZE = 20
 MOST_FLOW_WORDS = 16
 MOST_CALLS = 4
 
+# What next_word did.
+NO_WORD = 0
+BEGUN = 1
+EXECUTED = 2
+
 
 def decides(d: bytearray) -> uint8:
     """Return more than 0 where the leader of the image that was surveyed decides, else 0."""
@@ -168,11 +172,9 @@ def hear_voice(d: bytearray, voice: uint8) -> None:
     d[VOICES] = d[VOICES] | 1 << (voice - VOICE_STOP)
 
 
-def begin_tick(s: list[int], d: bytearray, senses: "Senses", now: int, levels: tuple[int, ...]) -> None:
-    """End the running state now if its condition asks for it; call it once in each tick."""
+def begin_tick(s: list[int], d: bytearray, now: int) -> None:
+    """Let flow words be executed again; call it once in each tick, once a state that `ends_early` is broken off."""
     d[FLOW_LEFT] = MOST_FLOW_WORDS
-    if ends_early(s, d, senses, levels):
-        break_off(s, now, levels)
     if s[RUNNING] == 0:
         s[STARTED_MS] = now
 
@@ -190,33 +192,38 @@ def ends_early(s: list[int], d: bytearray, senses: "Senses", levels: tuple[int, 
     if until == ALWAYS:
         return 0
     word = s[WORD]
-    holds = _holds(s, d, until, word >> UNTIL_LEVEL_AT & 3, word, senses, levels)
+    holds = is_met(s, d, until, word >> UNTIL_LEVEL_AT & 3, word, senses, levels)
     return 1 if holds != word >> UNTIL_NOT_AT & 1 else 0
 
 
-def next_state(
+def next_word(
     s: list[int], d: bytearray, image: ImageWords, senses: "Senses", now: int, levels: tuple[int, ...]
 ) -> uint8:
-    """End the running state if its length is over, execute flow words, and begin a state. Return 1 where one began.
+    """End the running state if its length is over, and go on with the next word, whose index STATE has then.
 
-    Call it until it returns 0: after a late tick several states may have ended.
+    Call it until it returns NO_WORD: after a late tick several states may have ended.
+
+    Returns:
+        BEGUN where a state began, EXECUTED for a flow word, and NO_WORD where the state goes on, or has to wait.
     """
     if s[RUNNING] and end_state(s, now, levels) == 0:
-        return 0
-    while d[FLOW_LEFT] > 0:
-        index = d[NEXT]
-        word = image[1 + index]
-        d[NEXT] = index + 1
-        if d[NEXT] == d[WORDS]:
-            d[NEXT] = 0
-        if word >> 31 == 0:
-            s[STATE] = index
-            d[VOICES] = 0
-            begin_word(s, word, s[STARTED_MS])
-            return 1
-        d[FLOW_LEFT] = d[FLOW_LEFT] - 1
-        _execute(s, d, word, image, senses, levels)
-    return 0
+        return NO_WORD
+    if d[FLOW_LEFT] == 0:
+        return NO_WORD
+    index = d[NEXT]
+    word = image[1 + index]
+    following: uint8 = index + 1
+    if following == d[WORDS]:
+        following = 0
+    d[NEXT] = following
+    s[STATE] = index
+    if word >> 31 == 0:
+        d[VOICES] = 0
+        begin_word(s, word, s[STARTED_MS])
+        return BEGUN
+    d[FLOW_LEFT] = d[FLOW_LEFT] - 1
+    _execute(s, d, word, image, senses, levels)
+    return EXECUTED
 
 
 def _execute(
@@ -260,11 +267,11 @@ def _is_taken(s: list[int], d: bytearray, word: int, senses: "Senses", levels: t
     condition = word >> CONDITION_AT & 15
     if condition == ALWAYS:
         return 1
-    holds = _holds(s, d, condition, word >> LEVEL_AT & 3, word, senses, levels)
+    holds = is_met(s, d, condition, word >> LEVEL_AT & 3, word, senses, levels)
     return 1 if holds != word >> IF_NOT_AT & 1 else 0
 
 
-def _holds(
+def is_met(
     s: list[int], d: bytearray, condition: uint8, level: uint8, word: int, senses: "Senses", levels: tuple[int, ...]
 ) -> uint8:
     """Return 1 where a condition holds, else 0; ``word`` has the counter and the value, where it needs them."""
