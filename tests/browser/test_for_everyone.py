@@ -98,7 +98,7 @@ def test_on_a_phone_the_stage_stays_touch_builds_and_two_fingers_zoom(open_page)
         studio.page.get_by_role("button", name=studio.say(f"editors.{button}")).tap()
         assert studio.box(larger)["height"] > 1.2 * studio.box(smaller)["height"]
         expect(studio.mat_button("play")).to_be_in_viewport()
-    studio.drag_out_by_touch("leader", "drive", "drive", below=studio.block("leader", "left"))
+    studio.drag_out("leader", "drive", "drive", below=studio.block("leader", "left"))
     studio.expect_words(["03000000", "65800000", "6a800000", "64800000"])
     expect(studio.editor("leader")).to_be_hidden()
     expect(studio.mat_button("play")).to_be_visible()

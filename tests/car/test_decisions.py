@@ -33,6 +33,7 @@ class Leader:
         self.memory, self.decisions = [0] * brain.SIZE, bytearray(decisions.SIZE)
         self.senses, self.voice, self.busy = OFF, 0, 0
         self.looks, self.began, self.sent = [], [], []
+        self.ended, self.executed = [], []
         self.wheels = None
         brain.switch_on(self.memory, 1, now_ms & TICKS_MASK)
         self.begin(now_ms)
@@ -49,6 +50,12 @@ class Leader:
     def note(self, kind, at_ms, word, detail):
         assert kind == step.STATE
         self.began.append((detail, at_ms))
+
+    def note_end(self):
+        self.ended.append(self.memory[brain.STATE])
+
+    def note_flow(self):
+        self.executed.append(self.memory[brain.STATE])
 
     def heard_voice(self):
         return self.voice
@@ -168,6 +175,16 @@ def test_a_state_that_a_late_tick_passes_over_is_not_asked():
     leader.tick(0)
     leader.tick(2500, SOMEBODY)
     assert leader.began == [(0, 0), (1, 1000), (2, 2000)]
+
+
+def test_a_car_notes_the_words_that_led_to_a_state_and_the_state_that_its_condition_ended():
+    asked = jump(4, condition=PERSON)
+    leader = leading(jump(3, condition=PERSON), drives(3, until=PERSON), asked, stands(), stands())
+    leader.tick(0)
+    assert (leader.executed, leader.ended) == ([0], [])
+    leader.tick(5).tick(10, SOMEBODY)
+    assert (leader.executed, leader.ended) == ([0, 2], [1])
+    assert leader.state == 4
 
 
 def test_a_voice_counts_from_the_beginning_of_a_state():

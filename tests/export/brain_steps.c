@@ -65,6 +65,19 @@ void motorcade_car_note(struct motorcade_car *of, uint8_t kind, uint32_t at_ms, 
     add(detail);
 }
 
+void motorcade_car_note_end(struct motorcade_car *of)
+{
+    (void)of;
+    add(memory[MOTORCADE_BRAIN_STATE]);
+}
+
+void motorcade_car_note_flow(struct motorcade_car *of)
+{
+    (void)of;
+    add(memory[MOTORCADE_BRAIN_STATE]);
+    add(1);
+}
+
 /* A frame of the held word or another; some have one or two bits flipped, half of them a tag near the car's own. */
 static uint32_t draw_frame(void)
 {

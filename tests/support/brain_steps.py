@@ -64,6 +64,12 @@ class Steps:
     def note(self, kind: int, at_ms: int, word: int, detail: int) -> None:
         self.add(kind, at_ms, word, detail)
 
+    def note_end(self) -> None:
+        self.add(self.memory[brain.STATE])
+
+    def note_flow(self) -> None:
+        self.add(self.memory[brain.STATE], 1)
+
     def received_frames(self) -> Iterator[int]:
         while self.bits & 7 == 0:
             self.bits >>= 3

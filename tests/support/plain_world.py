@@ -7,13 +7,14 @@ layout and plane geometry, but none of the methods that make the kernels fast.
 import math
 from dataclasses import dataclass, field, replace
 
+from motorcade.car import decisions
 from motorcade.car.board import Board
-from motorcade.car.brain import LEFT, RIGHT
+from motorcade.car.brain import LEFT, RIGHT, STARTED_MS, STATE, WORD
 from motorcade.car.loop import Car
 from motorcade.config.profile import Profile
 from motorcade.engine import layout
 from motorcade.engine.backend import allocate_all
-from motorcade.engine.events import KINDS, LOSS_REASONS
+from motorcade.engine.events import KINDS, LOSS_REASONS, NEXT_WORD
 from motorcade.engine.geometry import FULL_TURN, NORMALS, cross, is_shaded, mix
 from motorcade.engine.native import InterpretedKernels
 from motorcade.mats import Mat, Pose
@@ -98,6 +99,26 @@ class PlainBoard(Board):
         self._world.record(at_ms, self.index, kind, why, word, other)
 
 
+class PlainCar(Car):
+    """A car whose decisions are noted, but for those of a tick that leads to no state."""
+
+    def __init__(self, board: PlainBoard, world: "PlainWorld"):
+        super().__init__(board)
+        self.world = world
+
+    def note_end(self) -> None:
+        self.world.record(self._now_ms, self.board.index, "over", "", self.memory[WORD], self.memory[STATE])
+
+    def note_flow(self) -> None:
+        events, car, index = self.world.events, self.board.index, self.memory[STATE]
+        at_ms, word = self.memory[STARTED_MS], self.image[1 + index]
+        following = self.decisions[decisions.NEXT]
+        self.world.record(at_ms, car, "flow", "", word, index + NEXT_WORD * following)
+        if self.decisions[decisions.FLOW_LEFT] == 0:
+            while events and events[-1][:3] == (at_ms, car, KINDS.index("flow")):
+                events.pop()
+
+
 class PlainWorld:
     """One world of cars."""
 
@@ -121,7 +142,7 @@ class PlainWorld:
         leaders = iter(range(len(starts)))
         programs = [images[next(leaders) % len(images)] if leads else None for leads in starts.leads]
         self.boards = [PlainBoard(self, index, image) for index, image in enumerate(programs)]
-        self.cars = [Car(board) for board in self.boards]
+        self.cars = [PlainCar(board, self) for board in self.boards]
 
     @property
     def now_ms(self) -> int:

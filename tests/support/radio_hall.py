@@ -48,6 +48,12 @@ class RadioCar:
         if kind == step.START:
             self.began.append((at_ms, word, detail))
 
+    def note_end(self):
+        pass
+
+    def note_flow(self):
+        pass
+
     def received_frames(self):
         taken, self.arriving = self.arriving, []
         return taken

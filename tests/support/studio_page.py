@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from playwright.sync_api import Browser, BrowserContext, FloatRect, Locator, Page, Route, expect
+from playwright.sync_api import Browser, BrowserContext, CDPSession, FloatRect, Locator, Page, Route, expect
 from scripts.studio_process import project_link
 
 from motorcade.locales import catalogue
@@ -24,13 +24,20 @@ class StudioPage(Watched):
     """A page in a browser profile."""
 
     def __init__(
-        self, context: BrowserContext, url: str, language: str, size: tuple[int, int] = DESKTOP, script: str = ""
+        self,
+        context: BrowserContext,
+        url: str,
+        language: str,
+        size: tuple[int, int] = DESKTOP,
+        script: str = "",
+        touches: bool = False,
     ) -> None:
         super().__init__(context, url)
         self.url = url
-        self._size, self._script = size, script
+        self._size, self._script, self._touches = size, script, touches
         self._crashed = False
         self._taken = 0
+        self._finger: CDPSession | None = None
         self._texts = catalogue(language)["page"]
         context.set_default_timeout(PATIENCE_MS)
         self.page = self._new_page()
@@ -88,7 +95,7 @@ class StudioPage(Watched):
             context.add_cookies([{"name": cookie, "value": token, "url": base}])
         if build:
             context.route(f"{base}**", lambda route: _answer_from(build, route))
-        studio = cls(context, base, language or "en", size, script)
+        studio = cls(context, base, language or "en", size, script, bool(options.get("has_touch")))
         studio.page.goto(project_link(base, project, SHARED) if project else base)
         studio.wait_until_ready()
         if project:
@@ -175,13 +182,13 @@ class StudioPage(Watched):
         return block.locator(':scope > [role="button"]').filter(has_text=value)
 
     def drag_out(self, editor: str, drawer: str, block: str, *, below: Locator) -> None:
-        """Drag a block out of a drawer with the mouse and drop it below another."""
+        """Drag a block out of a drawer and drop it below another; with a finger, where the profile has touch."""
         height = self._take_out(editor, drawer, block)
         place = self.box(below)
         self._drop(place["x"] + 12, place["y"] + place["height"] + height / 2)
 
     def drag_into(self, drawer: str, block: str, holder: Locator, row: int | None = None) -> None:
-        """Drag a block out of a drawer with the mouse into the leader's ``holder``: its first gap, or one of its rows.
+        """Drag a block out of a drawer into the leader's ``holder``: its first gap, or one of its rows.
 
         Args:
             row: counts the rows from 0; each is 48 px high while it is empty. None: a condition, for the gap.
@@ -194,41 +201,62 @@ class StudioPage(Watched):
             outline = self.box(holder.locator(":scope > .blocklyPath").first)
             self._drop(outline["x"] + 30, outline["y"] + 56 + 80 * row + height / 2)
 
+    def drag_onto_stage(self, button: Locator, x: float, y: float) -> None:
+        """Drag a thing of the palette onto the stage, to a point as shares of its width and height."""
+        taken, stage = self.box(button), self.box(self.stage)
+        self._hold(taken["x"] + taken["width"] / 2, taken["y"] + taken["height"] / 2)
+        self._drop(stage["x"] + x * stage["width"], stage["y"] + y * stage["height"])
+
+    def press(self, thing: Locator, **more: Any) -> None:
+        """Click something, or tap it where the profile has touch."""
+        (thing.tap if self._touches else thing.click)(**more)
+
     def _take_out(self, editor: str, drawer: str, block: str) -> float:
-        """Press the mouse on a block in a drawer; return the block's height."""
-        self.editor(editor).get_by_role("treeitem", name=self.say(f"drawers.{drawer}")).click()
+        """Take hold of a block in a drawer; return the block's height."""
+        self.press(self.editor(editor).get_by_role("treeitem", name=self.say(f"drawers.{drawer}"), exact=True))
         option = self.editor(editor).get_by_role("option", name=block).first
-        mouse = self.page.mouse
         taken, editors = self.box(option), self.box(self.editor(editor))
         if (hidden := taken["y"] + taken["height"] - editors["y"] - editors["height"]) > 0:
             # A drawer of many blocks.
-            mouse.move(taken["x"] + 12, editors["y"] + editors["height"] / 2)
-            mouse.wheel(0, hidden + taken["height"])
+            self._scroll(taken["x"] + 12, editors["y"] + editors["height"] / 2, hidden + taken["height"])
             wait_until(lambda: self.box(option)["y"] < taken["y"] - hidden)
             taken = self.box(option)
-        mouse.move(taken["x"] + 12, taken["y"] + taken["height"] / 2)
-        mouse.down()
+        self._hold(taken["x"] + 12, taken["y"] + taken["height"] / 2)
         return taken["height"]
 
-    def _drop(self, x: float, y: float) -> None:
-        self.page.mouse.move(x + 30, y + 30, steps=4)
-        self.page.mouse.move(x, y, steps=4)
-        self.page.mouse.up()
+    def _scroll(self, x: float, y: float, distance: float) -> None:
+        if not self._touches:
+            self.page.mouse.move(x, y)
+            self.page.mouse.wheel(0, distance)
+            return
+        self._touch("touchStart", x, y)
+        for step in range(1, 5):
+            self._touch("touchMove", x, y - distance * step / 4)
+        self._touch("touchEnd")
 
-    def drag_out_by_touch(self, editor: str, drawer: str, block: str, *, below: Locator) -> None:
-        """Drag a block out of a drawer with a finger and drop it below another; the profile has touch."""
-        self.editor(editor).get_by_role("treeitem", name=self.say(f"drawers.{drawer}")).tap()
-        taken, place = self.box(self.editor(editor).get_by_role("option", name=block)), self.box(below)
-        x, y = place["x"] + 12, place["y"] + place["height"] + taken["height"] / 2
-        start = (taken["x"] + 12, taken["y"] + taken["height"] / 2)
-        finger = self.context.new_cdp_session(self.page)
-        for kind, points in (
-            ("touchStart", [start]),
-            *(("touchMove", [at]) for at in ((start[0] + 40, start[1] + 10), (x + 30, y + 30), (x + 5, y + 5), (x, y))),
-            ("touchEnd", []),
-        ):
-            touches = [{"x": left, "y": top} for left, top in points]
-            finger.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
+    def _hold(self, x: float, y: float) -> None:
+        if self._touches:
+            self._touch("touchStart", x, y)
+            self._touch("touchMove", x + 40, y + 10)
+        else:
+            self.page.mouse.move(x, y)
+            self.page.mouse.down()
+
+    def _drop(self, x: float, y: float) -> None:
+        if self._touches:
+            for aside in (30, 5, 0):
+                self._touch("touchMove", x + aside, y + aside)
+            self._touch("touchEnd")
+        else:
+            self.page.mouse.move(x + 30, y + 30, steps=4)
+            self.page.mouse.move(x, y, steps=4)
+            self.page.mouse.up()
+
+    def _touch(self, kind: str, *place: float) -> None:
+        if self._finger is None:
+            self._finger = self.context.new_cdp_session(self.page)
+        points = [{"x": place[0], "y": place[1]}] if place else []
+        self._finger.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
 
     def box(self, thing: Locator) -> FloatRect:
         """The box of an element once it is in view."""
@@ -276,6 +304,10 @@ class StudioPage(Watched):
         return self.page.get_by_role("list", name=self.say("words.diagnostics")).get_by_role("listitem")
 
     # The stage.
+
+    @property
+    def stage(self) -> Locator:
+        return self.page.get_by_role("application", name=self.say("mat.canvas"))
 
     def mat_button(self, key: str) -> Locator:
         return self.page.get_by_role("button", name=self.say(f"mat.{key}"), exact=True)

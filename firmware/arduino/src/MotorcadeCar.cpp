@@ -300,6 +300,11 @@ void motorcade_car_note(struct motorcade_car *car, uint8_t kind, uint32_t at_ms,
   motorcade::car_of(car)->note(kind, at_ms, word, detail);
 }
 
+// Whoever observes a car sees the states that begin.
+void motorcade_car_note_end(struct motorcade_car *) {}
+
+void motorcade_car_note_flow(struct motorcade_car *) {}
+
 uint32_t motorcade_car_received_frames(struct motorcade_car *car, uint32_t *frame) {
   return motorcade::car_of(car)->received_frame(frame);
 }

@@ -1295,6 +1295,15 @@ void motorcade_decisions_hear_voice(uint8_t *d, uint8_t voice)
     d[MOTORCADE_DECISIONS_VOICES] = (uint8_t)(d[MOTORCADE_DECISIONS_VOICES] | ((uint32_t)1 << ((uint32_t)voice - MOTORCADE_BRAIN_VOICE_STOP)));
 }
 
+/* Let flow words be executed again; call it once in each tick, once a state that `ends_early` is broken off. */
+void motorcade_decisions_begin_tick(uint32_t *s, uint8_t *d, uint32_t now)
+{
+    d[MOTORCADE_DECISIONS_FLOW_LEFT] = MOTORCADE_DECISIONS_MOST_FLOW_WORDS;
+    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] == 0) {
+        s[MOTORCADE_BRAIN_STARTED_MS] = now;
+    }
+}
+
 /* Return the condition that ends the running state; ALWAYS where it has none, or no state runs. */
 uint8_t motorcade_decisions_running_until(uint32_t *s)
 {
@@ -1305,7 +1314,7 @@ uint8_t motorcade_decisions_running_until(uint32_t *s)
 }
 
 /* Return 1 where a condition holds, else 0; a flow word's lower half has the counter and the value. */
-static uint8_t motorcade_decisions_holds(uint32_t *s, uint8_t *d, uint8_t condition, uint8_t level, uint16_t lower, const struct motorcade_senses *senses, const uint32_t *levels)
+uint8_t motorcade_decisions_is_met(uint32_t *s, uint8_t *d, uint8_t condition, uint8_t level, uint16_t lower, const struct motorcade_senses *senses, const uint32_t *levels)
 {
     if (condition == MOTORCADE_FLOW_OBSTACLE) {
         return senses->obstacle_mm < levels[(uint32_t)MOTORCADE_BRAIN_AVOID_RADII_MM + level] ? 1 : 0;
@@ -1345,20 +1354,8 @@ uint8_t motorcade_decisions_ends_early(uint32_t *s, uint8_t *d, const struct mot
         return 0;
     }
     uint16_t lower = (uint16_t)(s[MOTORCADE_BRAIN_WORD] & MOTORCADE_DECISIONS_LOWER_HALF);
-    uint8_t holds = motorcade_decisions_holds(s, d, until, (uint8_t)((lower >> MOTORCADE_POSITIONS_UNTIL_LEVEL_AT) & 3), lower, senses, levels);
+    uint8_t holds = motorcade_decisions_is_met(s, d, until, (uint8_t)((lower >> MOTORCADE_POSITIONS_UNTIL_LEVEL_AT) & 3), lower, senses, levels);
     return holds != ((lower >> MOTORCADE_POSITIONS_UNTIL_NOT_AT) & 1) ? 1 : 0;
-}
-
-/* End the running state now if its condition asks for it; call it once in each tick. */
-void motorcade_decisions_begin_tick(uint32_t *s, uint8_t *d, const struct motorcade_senses *senses, uint32_t now, const uint32_t *levels)
-{
-    d[MOTORCADE_DECISIONS_FLOW_LEFT] = MOTORCADE_DECISIONS_MOST_FLOW_WORDS;
-    if (motorcade_decisions_ends_early(s, d, senses, levels)) {
-        motorcade_brain_break_off(s, now, levels);
-    }
-    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] == 0) {
-        s[MOTORCADE_BRAIN_STARTED_MS] = now;
-    }
 }
 
 /* Remember where a call goes on; of more than MOST_CALLS the oldest is forgotten. */
@@ -1426,7 +1423,7 @@ static uint8_t motorcade_decisions_execute(uint32_t *s, uint8_t *d, uint16_t upp
     if (op <= MOTORCADE_FLOW_CALL) {
         uint16_t condition = (upper >> MOTORCADE_POSITIONS_CONDITION_AT) & 15;
         if (condition != MOTORCADE_FLOW_ALWAYS) {
-            uint8_t holds = motorcade_decisions_holds(s, d, (uint8_t)condition, (uint8_t)((lower >> MOTORCADE_POSITIONS_LEVEL_AT) & 3), lower, senses, levels);
+            uint8_t holds = motorcade_decisions_is_met(s, d, (uint8_t)condition, (uint8_t)((lower >> MOTORCADE_POSITIONS_LEVEL_AT) & 3), lower, senses, levels);
             if (holds == ((lower >> MOTORCADE_POSITIONS_IF_NOT_AT) & 1)) {
                 return behind;
             }
@@ -1447,38 +1444,39 @@ static uint8_t motorcade_decisions_execute(uint32_t *s, uint8_t *d, uint16_t upp
     return behind;
 }
 
-/* End the running state if its length is over, execute flow words, and begin a state. Return 1 where one began.
+/* End the running state if its length is over, and go on with the next word, whose index STATE has then.
  *
- * Call it until it returns 0: after a late tick several states may have ended.
+ * Call it until it returns NO_WORD: after a late tick several states may have ended.
+ *
+ * Returns:
+ *     BEGUN where a state began, EXECUTED for a flow word, and NO_WORD where the state goes on, or has to wait.
  */
-uint8_t motorcade_decisions_next_state(uint32_t *s, uint8_t *d, const struct motorcade_image *image, const struct motorcade_senses *senses, uint32_t now, const uint32_t *levels)
+uint8_t motorcade_decisions_next_word(uint32_t *s, uint8_t *d, const struct motorcade_image *image, const struct motorcade_senses *senses, uint32_t now, const uint32_t *levels)
 {
     if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] && motorcade_brain_end_state(s, now, levels) == 0) {
-        return 0;
+        return MOTORCADE_DECISIONS_NO_WORD;
+    }
+    uint8_t left = d[MOTORCADE_DECISIONS_FLOW_LEFT];
+    if (left == 0) {
+        return MOTORCADE_DECISIONS_NO_WORD;
     }
     uint8_t index = d[MOTORCADE_DECISIONS_NEXT];
-    uint8_t left = d[MOTORCADE_DECISIONS_FLOW_LEFT];
-    while (left > 0) {
-        uint32_t word = motorcade_image_word(image, (uint32_t)1 + index);
-        uint16_t upper = (uint16_t)(word >> 16);
-        uint8_t behind = (uint8_t)((uint32_t)index + 1);
-        if (behind == d[MOTORCADE_DECISIONS_WORDS]) {
-            behind = 0;
-        }
-        if ((upper >> MOTORCADE_DECISIONS_FLOW_AT) == 0) {
-            s[MOTORCADE_BRAIN_STATE] = index;
-            d[MOTORCADE_DECISIONS_NEXT] = behind;
-            d[MOTORCADE_DECISIONS_FLOW_LEFT] = left;
-            d[MOTORCADE_DECISIONS_VOICES] = 0;
-            motorcade_brain_begin_word(s, word, s[MOTORCADE_BRAIN_STARTED_MS]);
-            return 1;
-        }
-        left = (uint8_t)((uint32_t)left - 1);
-        index = motorcade_decisions_execute(s, d, upper, (uint16_t)(word & MOTORCADE_DECISIONS_LOWER_HALF), behind, image, senses, levels);
+    uint32_t word = motorcade_image_word(image, (uint32_t)1 + index);
+    uint16_t upper = (uint16_t)(word >> 16);
+    uint8_t behind = (uint8_t)((uint32_t)index + 1);
+    if (behind == d[MOTORCADE_DECISIONS_WORDS]) {
+        behind = 0;
     }
-    d[MOTORCADE_DECISIONS_NEXT] = index;
-    d[MOTORCADE_DECISIONS_FLOW_LEFT] = 0;
-    return 0;
+    s[MOTORCADE_BRAIN_STATE] = index;
+    if ((upper >> MOTORCADE_DECISIONS_FLOW_AT) == 0) {
+        d[MOTORCADE_DECISIONS_NEXT] = behind;
+        d[MOTORCADE_DECISIONS_VOICES] = 0;
+        motorcade_brain_begin_word(s, word, s[MOTORCADE_BRAIN_STARTED_MS]);
+        return MOTORCADE_DECISIONS_BEGUN;
+    }
+    d[MOTORCADE_DECISIONS_FLOW_LEFT] = (uint8_t)((uint32_t)left - 1);
+    d[MOTORCADE_DECISIONS_NEXT] = motorcade_decisions_execute(s, d, upper, (uint16_t)(word & MOTORCADE_DECISIONS_LOWER_HALF), behind, image, senses, levels);
+    return MOTORCADE_DECISIONS_EXECUTED;
 }
 
 /* Return how long a slot lasts at least: a tag tells only NEWER_SLOTS slots from older ones. */
@@ -1559,9 +1557,20 @@ static const struct motorcade_senses *motorcade_step_decide(struct motorcade_car
     if (d[MOTORCADE_DECISIONS_TELLS]) {
         motorcade_decisions_change_slot(s, d, car->image, now, levels);
     }
-    motorcade_decisions_begin_tick(s, d, senses, now, levels);
-    while (motorcade_decisions_next_state(s, d, car->image, senses, now, levels)) {
-        motorcade_car_note(car, MOTORCADE_STEP_STATE, s[MOTORCADE_BRAIN_STARTED_MS], s[MOTORCADE_BRAIN_WORD], (uint8_t)s[MOTORCADE_BRAIN_STATE]);
+    if (motorcade_decisions_ends_early(s, d, senses, levels)) {
+        motorcade_car_note_end(car);
+        motorcade_brain_break_off(s, now, levels);
+    }
+    motorcade_decisions_begin_tick(s, d, now);
+    uint32_t done = MOTORCADE_DECISIONS_EXECUTED;
+    while (done != MOTORCADE_DECISIONS_NO_WORD) {
+        done = motorcade_decisions_next_word(s, d, car->image, senses, now, levels);
+        if (done == MOTORCADE_DECISIONS_BEGUN) {
+            motorcade_car_note(car, MOTORCADE_STEP_STATE, s[MOTORCADE_BRAIN_STARTED_MS], s[MOTORCADE_BRAIN_WORD], (uint8_t)s[MOTORCADE_BRAIN_STATE]);
+        }
+        if (done == MOTORCADE_DECISIONS_EXECUTED) {
+            motorcade_car_note_flow(car);
+        }
     }
     return senses;
 }

@@ -44,6 +44,12 @@ struct motorcade_car {
  */
 void motorcade_car_note(struct motorcade_car *car, uint8_t kind, uint32_t at_ms, uint32_t word, uint32_t detail);
 
+/* Take note that the condition of a state ends it now; STATE of the memory is its index. */
+void motorcade_car_note_end(struct motorcade_car *car);
+
+/* Take note that the flow word whose index is STATE of the memory was executed. */
+void motorcade_car_note_flow(struct motorcade_car *car);
+
 /* Return the infrared frames that ended since the last tick, in order. */
 /* C: write the next one to `next` and return 1; return 0 where there is none left. */
 uint32_t motorcade_car_received_frames(struct motorcade_car *car, uint32_t *next);
@@ -315,7 +321,7 @@ uint8_t motorcade_receiver_next_event(uint32_t *r, uint8_t *buffer, uint16_t wor
 #define MOTORCADE_BRAIN_HEADING 6 /* the last direction drawn: FORWARD, LEFT or RIGHT */
 #define MOTORCADE_BRAIN_RANDOM 7 /* the generator's state, never 0 */
 /* A car leads or follows for as long as it is on, so leaders and followers share the following places. */
-#define MOTORCADE_BRAIN_STATE 8 /* leader: index of its present state */
+#define MOTORCADE_BRAIN_STATE 8 /* leader: index of its present state; while none runs, of the flow word that came last */
 #define MOTORCADE_BRAIN_SLOT 9 /* leader: index of the follower word that it sends */
 #define MOTORCADE_BRAIN_SLOT_STARTED_MS 10 /* leader: when it began to send that word */
 #define MOTORCADE_BRAIN_NEXT_FRAME_MS 11 /* leader of bare words: when the next frame is due */
@@ -544,6 +550,10 @@ uint8_t motorcade_frames_follower_sends(uint32_t *s, uint8_t air_is_busy, uint32
 #define MOTORCADE_DECISIONS_LOWER_HALF 65535U
 #define MOTORCADE_DECISIONS_MOST_FLOW_WORDS 16
 #define MOTORCADE_DECISIONS_MOST_CALLS 4
+/* What next_word did. */
+#define MOTORCADE_DECISIONS_NO_WORD 0
+#define MOTORCADE_DECISIONS_BEGUN 1
+#define MOTORCADE_DECISIONS_EXECUTED 2
 
 /* Return more than 0 where the leader of the image that was surveyed decides, else 0. */
 uint8_t motorcade_decisions_decides(uint8_t *d);
@@ -563,8 +573,8 @@ void motorcade_decisions_begin(uint32_t *s, uint8_t *d, uint32_t now);
 /* Take a voice command for the conditions of the running state and of the flow words behind it. */
 void motorcade_decisions_hear_voice(uint8_t *d, uint8_t voice);
 
-/* End the running state now if its condition asks for it; call it once in each tick. */
-void motorcade_decisions_begin_tick(uint32_t *s, uint8_t *d, const struct motorcade_senses *senses, uint32_t now, const uint32_t *levels);
+/* Let flow words be executed again; call it once in each tick, once a state that `ends_early` is broken off. */
+void motorcade_decisions_begin_tick(uint32_t *s, uint8_t *d, uint32_t now);
 
 /* Return the condition that ends the running state; ALWAYS where it has none, or no state runs. */
 uint8_t motorcade_decisions_running_until(uint32_t *s);
@@ -572,11 +582,17 @@ uint8_t motorcade_decisions_running_until(uint32_t *s);
 /* Return 1 where the running state has a condition that ends it with these senses, else 0. */
 uint8_t motorcade_decisions_ends_early(uint32_t *s, uint8_t *d, const struct motorcade_senses *senses, const uint32_t *levels);
 
-/* End the running state if its length is over, execute flow words, and begin a state. Return 1 where one began.
+/* End the running state if its length is over, and go on with the next word, whose index STATE has then.
  *
- * Call it until it returns 0: after a late tick several states may have ended.
+ * Call it until it returns NO_WORD: after a late tick several states may have ended.
+ *
+ * Returns:
+ *     BEGUN where a state began, EXECUTED for a flow word, and NO_WORD where the state goes on, or has to wait.
  */
-uint8_t motorcade_decisions_next_state(uint32_t *s, uint8_t *d, const struct motorcade_image *image, const struct motorcade_senses *senses, uint32_t now, const uint32_t *levels);
+uint8_t motorcade_decisions_next_word(uint32_t *s, uint8_t *d, const struct motorcade_image *image, const struct motorcade_senses *senses, uint32_t now, const uint32_t *levels);
+
+/* Return 1 where a condition holds, else 0; a flow word's lower half has the counter and the value. */
+uint8_t motorcade_decisions_is_met(uint32_t *s, uint8_t *d, uint8_t condition, uint8_t level, uint16_t lower, const struct motorcade_senses *senses, const uint32_t *levels);
 
 /* Return how long a slot lasts at least: a tag tells only NEWER_SLOTS slots from older ones. */
 uint32_t motorcade_decisions_least_slot_ms(const uint32_t *levels);

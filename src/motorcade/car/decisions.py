@@ -34,7 +34,6 @@ from motorcade.car.brain import (
     WORD,
     ImageWords,
     begin_word,
-    break_off,
     draw,
     end_state,
 )
@@ -107,6 +106,11 @@ LOWER_HALF = 0xFFFF
 MOST_FLOW_WORDS = 16
 MOST_CALLS = 4
 
+# What next_word did.
+NO_WORD = 0
+BEGUN = 1
+EXECUTED = 2
+
 
 def decides(d: bytearray) -> uint8:
     """Return more than 0 where the leader of the image that was surveyed decides, else 0."""
@@ -174,11 +178,9 @@ def hear_voice(d: bytearray, voice: uint8) -> None:
     d[VOICES] = d[VOICES] | 1 << (voice - VOICE_STOP)
 
 
-def begin_tick(s: list[int], d: bytearray, senses: "Senses", now: int, levels: tuple[int, ...]) -> None:
-    """End the running state now if its condition asks for it; call it once in each tick."""
+def begin_tick(s: list[int], d: bytearray, now: int) -> None:
+    """Let flow words be executed again; call it once in each tick, once a state that `ends_early` is broken off."""
     d[FLOW_LEFT] = MOST_FLOW_WORDS
-    if ends_early(s, d, senses, levels):
-        break_off(s, now, levels)
     if s[RUNNING] == 0:
         s[STARTED_MS] = now
 
@@ -196,39 +198,40 @@ def ends_early(s: list[int], d: bytearray, senses: "Senses", levels: tuple[int, 
     if until == ALWAYS:
         return 0
     lower: uint16 = s[WORD] & LOWER_HALF
-    holds = _holds(s, d, until, lower >> UNTIL_LEVEL_AT & 3, lower, senses, levels)
+    holds = is_met(s, d, until, lower >> UNTIL_LEVEL_AT & 3, lower, senses, levels)
     return 1 if holds != lower >> UNTIL_NOT_AT & 1 else 0
 
 
-def next_state(
+def next_word(
     s: list[int], d: bytearray, image: ImageWords, senses: "Senses", now: int, levels: tuple[int, ...]
 ) -> uint8:
-    """End the running state if its length is over, execute flow words, and begin a state. Return 1 where one began.
+    """End the running state if its length is over, and go on with the next word, whose index STATE has then.
 
-    Call it until it returns 0: after a late tick several states may have ended.
+    Call it until it returns NO_WORD: after a late tick several states may have ended.
+
+    Returns:
+        BEGUN where a state began, EXECUTED for a flow word, and NO_WORD where the state goes on, or has to wait.
     """
     if s[RUNNING] and end_state(s, now, levels) == 0:
-        return 0
-    index: uint8 = d[NEXT]
+        return NO_WORD
     left: uint8 = d[FLOW_LEFT]
-    while left > 0:
-        word = image[1 + index]
-        upper: uint16 = word >> 16
-        behind: uint8 = index + 1
-        if behind == d[WORDS]:
-            behind = 0
-        if upper >> FLOW_AT == 0:
-            s[STATE] = index
-            d[NEXT] = behind
-            d[FLOW_LEFT] = left
-            d[VOICES] = 0
-            begin_word(s, word, s[STARTED_MS])
-            return 1
-        left = left - 1
-        index = _execute(s, d, upper, word & LOWER_HALF, behind, image, senses, levels)
-    d[NEXT] = index
-    d[FLOW_LEFT] = 0
-    return 0
+    if left == 0:
+        return NO_WORD
+    index: uint8 = d[NEXT]
+    word = image[1 + index]
+    upper: uint16 = word >> 16
+    behind: uint8 = index + 1
+    if behind == d[WORDS]:
+        behind = 0
+    s[STATE] = index
+    if upper >> FLOW_AT == 0:
+        d[NEXT] = behind
+        d[VOICES] = 0
+        begin_word(s, word, s[STARTED_MS])
+        return BEGUN
+    d[FLOW_LEFT] = left - 1
+    d[NEXT] = _execute(s, d, upper, word & LOWER_HALF, behind, image, senses, levels)
+    return EXECUTED
 
 
 def _execute(
@@ -247,7 +250,7 @@ def _execute(
     if op <= CALL:
         condition = upper >> CONDITION_AT & 15
         if condition != ALWAYS:
-            holds = _holds(s, d, condition, lower >> LEVEL_AT & 3, lower, senses, levels)
+            holds = is_met(s, d, condition, lower >> LEVEL_AT & 3, lower, senses, levels)
             if holds == lower >> IF_NOT_AT & 1:
                 return behind
         if op == CALL:
@@ -281,7 +284,7 @@ def _return(d: bytearray) -> uint8:
     return d[RETURNS + place]
 
 
-def _holds(
+def is_met(
     s: list[int], d: bytearray, condition: uint8, level: uint8, lower: uint16, senses: "Senses", levels: tuple[int, ...]
 ) -> uint8:
     """Return 1 where a condition holds, else 0; a flow word's lower half has the counter and the value."""

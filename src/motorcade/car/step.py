@@ -47,6 +47,12 @@ if MYPY:
             ``detail`` is a state's index, the tag with which a word came (0: bare), or 0.
             """
 
+        def note_end(self) -> None:
+            """Take note that the condition of a state ends it now; STATE of the memory is its index."""
+
+        def note_flow(self) -> None:
+            """Take note that the flow word whose index is STATE of the memory was executed."""
+
         def received_frames(self) -> Iterable[int]:
             """Return the infrared frames that ended since the last tick, in order."""
 
@@ -145,9 +151,17 @@ def _decide(car: "Turn", now: int) -> "Senses":
     senses = car.sense(decisions.looks_mm(d, levels))
     if d[decisions.TELLS]:
         decisions.change_slot(s, d, car.image, now, levels)
-    decisions.begin_tick(s, d, senses, now, levels)
-    while decisions.next_state(s, d, car.image, senses, now, levels):
-        car.note(STATE, s[brain.STARTED_MS], s[brain.WORD], s[brain.STATE])
+    if decisions.ends_early(s, d, senses, levels):
+        car.note_end()
+        brain.break_off(s, now, levels)
+    decisions.begin_tick(s, d, now)
+    done = decisions.EXECUTED
+    while done != decisions.NO_WORD:
+        done = decisions.next_word(s, d, car.image, senses, now, levels)
+        if done == decisions.BEGUN:
+            car.note(STATE, s[brain.STARTED_MS], s[brain.WORD], s[brain.STATE])
+        if done == decisions.EXECUTED:
+            car.note_flow()
     return senses
 
 

@@ -7,7 +7,8 @@ from motorcade.engine.state import Counters
 
 # One event, as NumPy's type of a row. run counts the resets before it. kind is an index into KINDS, and why is an index
 # into LOSS_REASONS. word is the control word, for a lost frame the bits on the air. other is a state's index, the tag
-# of a word that starts, or the number of a frame's sender, else 0.
+# of a word that starts, or the number of a frame's sender; for a flow word its index, and NEXT_WORD times that of the
+# word that came next; else 0.
 EVENT = [
     ("t_ms", "<u4"),
     ("world", "<u4"),
@@ -18,11 +19,12 @@ EVENT = [
     ("word", "<u4"),
     ("other", "<u4"),
 ]
-KINDS = ("state", "start", "over", "frame", "heard", "lost")
+KINDS = ("state", "start", "over", "flow", "frame", "heard", "lost")
+NEXT_WORD = 256
 LOSS_REASONS = ("", "parity", "reserved", "deaf", "sending", "collision", "check", "remote")
 
 # Indices into KINDS; the first three are those of `motorcade.car.step`.
-STATE, START, OVER, FRAME, HEARD, LOST = range(6)
+STATE, START, OVER, FLOW, FRAME, HEARD, LOST = range(7)
 # Indices into LOSS_REASONS.
 PARITY, RESERVED, DEAF, SENDING, COLLISION, CHECK, REMOTE = range(1, 8)
 
@@ -52,6 +54,19 @@ def record(counters: Counters, part: int, at_ms: int, car: int, kind: int, why: 
         event[WHY] = why
         event[WORD] = word
         event[OTHER] = other
+
+
+def forget_flow(counters: Counters, part: int, at_ms: int, car: int) -> None:
+    """Take back the flow words of a tick that led a car to no state: one that waits executes some in each tick."""
+    k = counters.counts[part, EVENTS]
+    if k > counters.events.shape[1]:
+        return
+    while k > 0 and counters.events[part, k - 1, KIND] == FLOW:
+        event = counters.events[part, k - 1]
+        if event[CAR] != car or event[T_MS] != at_ms:
+            break
+        k -= 1
+    counters.counts[part, EVENTS] = k
 
 
 def record_loss(counters: Counters, part: int, at_ms: int, car: int, why: int, frame: int, sender: int) -> None:

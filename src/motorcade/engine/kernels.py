@@ -69,6 +69,20 @@ class CarTurn(NamedTuple):
         number = self.arrays.cars.number[self.i]
         events.record(self.arrays.counters, self.now.part, at_ms, number, kind, 0, word, detail)
 
+    def note_end(self) -> None:
+        """Store that a state is over because of its condition."""
+        s, number, now = self.memory, self.arrays.cars.number[self.i], self.now
+        events.record(self.arrays.counters, now.part, now.ms, number, events.OVER, 0, s[brain.WORD], s[brain.STATE])
+
+    def note_flow(self) -> None:
+        """Store that a flow word was executed; not those of a tick in which the car can't go on to a state."""
+        s, d, number = self.memory, self.decisions, self.arrays.cars.number[self.i]
+        counters, part, at_ms, index = self.arrays.counters, self.now.part, s[brain.STARTED_MS], int(s[brain.STATE])
+        other = index + events.NEXT_WORD * int(d[decisions.NEXT])
+        events.record(counters, part, at_ms, number, events.FLOW, 0, self.image[1 + index], other)
+        if d[decisions.FLOW_LEFT] == 0:
+            events.forget_flow(counters, part, at_ms, number)
+
     def received_frames(self) -> range:
         """The frame that ends now: a range of one number, or none, because no list can be made in a kernel."""
         cars, i = self.arrays.cars, self.i

@@ -11,6 +11,7 @@ from dataclasses import replace
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.brain import SIZE
 from motorcade.car.decisions import COUNTS
+from motorcade.car.decisions import SIZE as DECISIONS
 from motorcade.car.drive_limits import released_mm
 from motorcade.config.arguments import MOST_SEED, instance_of, not_allowed, to_list, to_number, to_whole
 from motorcade.config.profile import Profile, built_in_profile
@@ -339,14 +340,18 @@ class Simulation(Running):
         fields = (self.state.memory[row, index : index + 1] for row in rows)
         return [int.from_bytes(self.backend.read(field), "little") for field in fields]
 
-    def counters_of(self, car: int) -> list[int]:
-        """Return the four counters of a leader that decides in world 0; zeros of another car."""
+    def decisions_of(self, car: int) -> bytes:
+        """Return a leader's memory of its decisions (`motorcade.car.decisions`) in world 0; zeros of another car."""
         car, _ = self._checked_car(car, 0)
         leads = self._standing.program.items[: car + 1]
         if not leads[car]:
-            return [0] * COUNTERS
+            return bytes(DECISIONS)
         row = sum(program > 0 for program in leads) - 1
-        return list(self.backend.read(self._decisions[row])[COUNTS : COUNTS + COUNTERS])
+        return self.backend.read(self._decisions[row])
+
+    def counters_of(self, car: int) -> list[int]:
+        """Return the four counters of a leader that decides in world 0; zeros of another car."""
+        return list(self.decisions_of(car)[COUNTS : COUNTS + COUNTERS])
 
     def totals(self, world: int = 0) -> dict[str, int]:
         """Count what has happened in a world since reset.

@@ -165,9 +165,11 @@ class World(SavableSimulation):
         """The events since the last call, as an array of EVENT, sorted by time, world and car.
 
         ``kind`` and ``why`` are indices into KINDS and LOSS_REASONS: state (a leader begins a state), start (a follower
-        begins a word), over (the word's length is over), frame (a car begins a frame), heard, lost. ``word`` is the
-        control word, for a lost frame the bits on the air; ``other`` is the index of a state, or the number of a
-        frame's sender. The time of an event may lie before the tick that found it.
+        begins a word), over (the word's length is over, or the condition of a leader's state ended it), flow (a leader
+        executed a flow word on its way to a state), frame (a car begins a frame), heard, lost. ``word`` is the control
+        word, for a lost frame the bits on the air; ``other`` is the index of a state, the number of a frame's sender,
+        or of a flow word its index and, times NEXT_WORD, that of the word that came next. The time of an event may lie
+        before the tick that found it.
 
         Raises:
             MotorcadeError: the world keeps no events.

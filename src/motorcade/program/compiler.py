@@ -72,6 +72,7 @@ class Compiled:
         diagnostics: errors and warnings.
         origins: for each word the path and id of the step that it comes from; for the
             header ``("", None)``.
+        counters: the names of the leader's four counters, "" for one without a name; empty where none has one.
     """
 
     words: tuple[int, ...]
@@ -81,6 +82,7 @@ class Compiled:
     tagged: bool
     diagnostics: tuple[Diagnostic, ...]
     origins: tuple[tuple[str, str | None], ...]
+    counters: tuple[str, ...] = ()
 
     @property
     def image(self) -> bytes:
@@ -119,6 +121,7 @@ def compile_program(program: Program, profile: Profile | None = None) -> Compile
         followers.tagged,
         tuple(diagnostics),
         origins,
+        leader.counters,
     )
 
 

@@ -142,6 +142,12 @@ class Leader:
         self.has_tells = bool(self.told) or any(step.op == "tell" for _, step in self._flow_steps)
 
     @property
+    def counters(self) -> tuple[str, ...]:
+        """The names of the counters in the finished words, by their numbers; "" for one without a name."""
+        names = self._counters.names
+        return tuple(names.get(number, "") for number in range(COUNTERS)) if names else ()
+
+    @property
     def inexpressible(self) -> list[Item]:
         """The steps that no sum of levels can express."""
         return list(self._inexpressible.values())

@@ -56,13 +56,15 @@ class CounterNumbers:
     """The numbers of a program's counters.
 
     Attributes:
-        numbers: by their names.
+        numbers: by their names, as the compiler uses them.
+        names: by their numbers in the words, once `in_order` has given them.
         spare: how many counters are left for repeats.
         problems: errors, for more counters than a car has.
     """
 
     def __init__(self, steps: Iterable[tuple[str, Step]]) -> None:
         self.numbers: dict[str, int] = {}
+        self.names: dict[int, str] = {}
         self.problems: list[Diagnostic] = []
         steps = list(steps)
         raw = {step.counter for _, step in steps if isinstance(step, FlowStep) and _uses_counter(step)}
@@ -104,6 +106,7 @@ class CounterNumbers:
                 if number not in numbers:
                     numbers[number] = given[len(numbers)]
                 changed[word] = word ^ (number ^ numbers[number]) << _COUNTER_AT
+        self.names = {numbers[number]: name for name, number in self.numbers.items() if number in numbers}
         return changed
 
 

@@ -1,4 +1,5 @@
-"""Stop a world when a car touches something, loses a message, enters a zone, begins a block, or is stuck.
+"""Stop a world when a car touches something, loses a message, enters a zone, begins a block, or is stuck, or when a
+condition of a leader is met.
 
 What is looked at is what a page draws, the columns of a picture and rows of events, every LOOK_MS.
 """
@@ -58,7 +59,7 @@ class Breakpoints:
             now = dict(self._holding(condition, events))
             self._held[number] = set(now)
             # A car that is in the zone when the condition is set doesn't enter it.
-            if before is None and condition.kind in ("zone", "stuck"):
+            if before is None and condition.kind in ("zone", "stuck", "condition"):
                 first = set(now)
             else:
                 first = before or set()
@@ -122,6 +123,12 @@ class Breakpoints:
                             index = self._now()["index"][event.car]
                         if index in condition.words:
                             yield (event.car, _NOBODY, f"{event.t_ms}"), Phrase("stop-block", car=car_phrase(event.car))
+
+            case "condition":
+                for car in cars:
+                    for word in set(self._world.deciding.holding(car)) & set(condition.words):
+                        reason = self._world.deciding.phrase_of(word)
+                        yield (car, _NOBODY, ""), Phrase("stop-condition", car=car_phrase(car), reason=reason)
 
     def _is_inside(self, condition: StopCondition, x: float, y: float) -> bool:
         if len(condition.disc) == 3:

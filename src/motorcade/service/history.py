@@ -9,7 +9,7 @@ import struct
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Iterable, Iterator
-from typing import Annotated, NamedTuple, get_type_hints
+from typing import Annotated, Generic, NamedTuple, TypeVar, get_type_hints
 
 from motorcade.engine.events import KINDS, LOSS_REASONS, LOST
 from motorcade.engine.moment import EVENT_BYTES, EVENT_ROW, Event, unpack_events
@@ -30,6 +30,8 @@ LATELY_MS = 5000
 PAST_BYTES = (24 << 20, 12 << 20)
 # The approximate size in Python of an object without content.
 _OBJECT_BYTES = 128
+# The changes of what a page was told that are kept.
+_MOST_TOLD = 4000
 
 
 class Header(NamedTuple):
@@ -162,6 +164,34 @@ class History:
     def events(self) -> list[bytes]:
         """All rows, in batches."""
         return list(self._events.pieces)
+
+
+Shown = TypeVar("Shown")
+
+
+class Told(Generic[Shown]):
+    """What a page was told by time, so that one which shows the past is told it again.
+
+    Args:
+        nothing: what holds before the first time.
+
+    Attributes:
+        now: what was told last.
+    """
+
+    def __init__(self, nothing: Shown) -> None:
+        self._nothing = self.now = nothing
+        self._past: deque[tuple[int, Shown]] = deque(maxlen=_MOST_TOLD)
+
+    def keep(self, t_ms: int, told: Shown) -> None:
+        """Keep what holds from a time on."""
+        if told != self.now:
+            self.now = told
+            self._past.append((t_ms, told))
+
+    def then(self, t_ms: int) -> Shown:
+        """Return what held at a time."""
+        return next((told for at_ms, told in reversed(self._past) if at_ms <= t_ms), self._nothing)
 
 
 def _row_after(batch: bytes, t_ms: int) -> int:

@@ -199,7 +199,8 @@ class PythonBlocks(Struct):
 class CompiledBlocks(Struct):
     """What the page shows of a program; ``image`` is None where the program can't be compiled.
 
-    ``left_out`` lists the blocks that have errors: ``words`` are those of all others then.
+    ``left_out`` lists the blocks that have errors: ``words`` are those of all others then. ``counters`` are the names
+    of the leader's counters by their numbers in the words, "" for one without a name.
     """
 
     diagnostics: list[Diagnostic]
@@ -212,6 +213,7 @@ class CompiledBlocks(Struct):
     costliest: Costs = field(default_factory=Costs)
     words: list[Word] = []
     left_out: list[str] = []
+    counters: list[str] = []
 
 
 class Text(Struct):

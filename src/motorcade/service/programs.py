@@ -77,6 +77,7 @@ def compile_blocks(blocks: messages.Blocks) -> messages.CompiledBlocks:
             compiled = compile_program(program, profile)
             sorting.leave_out(compiled.diagnostics)
             answer.words = _words(compiled, program)
+            answer.counters = list(compiled.counters)
     answer.diagnostics = diagnostics_in_all_languages(sorting.diagnostics.values(), blocks.followers)
     answer.left_out = sorted(sorting.left_out)
     if sorting.left_out:
@@ -156,6 +157,7 @@ def _answer(compiled: Compiled, program: Program) -> messages.CompiledBlocks:
             _costliest(compiled, "too-many-words", "followers.steps[", followers_steps),
         ),
         words=_words(compiled, program),
+        counters=list(compiled.counters),
     )
 
 

@@ -22,6 +22,7 @@ from motorcade.mats.document import mat_of
 from motorcade.missions.check import open_worlds_here
 from motorcade.missions.model import Mission
 from motorcade.missions.odds import OpenWorlds
+from motorcade.service.deciding import Deciding
 from motorcade.service.messages import MatDocument, MissionChoice
 from motorcade.service.missions import Referee, chosen_mission
 from motorcade.service.why import why
@@ -53,9 +54,11 @@ class StudioWorld:
         world: one world that keeps events. The words that pages show are those of its first image.
         referee: watches the goals of its mission.
         steering: of those of its cars that somebody drives; None where nobody can.
+        counters: the names of the counters of its first image.
 
     Attributes:
         simulation: the world itself.
+        deciding: what its leaders that decide have decided.
         pictures: what its cars show, as bytes.
         cars: how many there are.
         tick_ms: the length of a tick.
@@ -64,7 +67,13 @@ class StudioWorld:
         referee: watches the goals of the world's mission; None where it has none.
     """
 
-    def __init__(self, world: Simulation, referee: Referee | None = None, steering: Steering | None = None) -> None:
+    def __init__(
+        self,
+        world: Simulation,
+        referee: Referee | None = None,
+        steering: Steering | None = None,
+        counters: Sequence[str] = (),
+    ) -> None:
         self.referee = referee
         self.cars = world.cars
         self.tick_ms = world.tick_ms
@@ -73,6 +82,8 @@ class StudioWorld:
         self._steering = steering
         self.words = bytes_to_words(world.images[0])
         self.pictures = Pictures(world)
+        self._counters = counters
+        self.deciding = Deciding(world, counters)
 
     @property
     def now_ms(self) -> int:
@@ -84,12 +95,15 @@ class StudioWorld:
         if self._steering:
             self._steering.steer(self.simulation)
         self.simulation.run(duration_ms)
-        return self.pictures.take_events()
+        rows = self.pictures.take_events()
+        self.deciding.see(rows)
+        return rows
 
     def reset(self, seed: int) -> None:
         """Begin again; walls, obstacles, people, voices and physics stay as they are."""
         self.simulation.reset(seed)
         self.pictures = Pictures(self.simulation)
+        self.deciding = Deciding(self.simulation, self._counters)
 
     def set_environment(self, mat: MatDocument, range_mm: int | None) -> None:
         """Change walls, obstacles, people, voices, physics and infrared range. Raises MotorcadeError."""
@@ -142,7 +156,9 @@ class StudioWorld:
         counted = self.pictures.counted(car)
         driven = car in self.driven()
         last = _last_frame(counted)
-        return why(self.simulation, self.pictures, car, driven=driven, lost=counted.lost, last_frame=last)
+        return why(
+            self.simulation, self.pictures, self.deciding, car, driven=driven, lost=counted.lost, last_frame=last
+        )
 
     def details_then(self, car: int, t_ms: int, moment: bytes, events: Sequence[Event]) -> CarDetails:
         """Return the details of a car at a stored moment; ``why`` is of the present.
@@ -239,7 +255,7 @@ def open_world(
         world = open_worlds(mat, images or [image], profile, [message.seed], True)
         if message.range_mm is not None:
             world.set_environment(mat, message.range_mm)
-    return StudioWorld(world, referee, steering)
+    return StudioWorld(world, referee, steering, message.counters)
 
 
 def check_mission_size(choice: MissionChoice, most_cars: int) -> None:

@@ -6,12 +6,12 @@ so that the bubble above a car and its card never disagree. The cars that are to
 all others with a look at all; what was told at a time is kept, so that a page which shows the past shows it again.
 """
 
-from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 
 from motorcade.engine import agents
 from motorcade.engine.moment import NO_INDEX, RUNS, STUCK, unpack_moment
+from motorcade.service.history import Told
 from motorcade.service.studio_world import StudioWorld
 from motorcade.service.why import SILENT_MS, follows_line
 from motorcade.service.world_messages import CarThought, Thought
@@ -25,8 +25,6 @@ _MOST_ASKED = 20
 _BEGIN_MS = 1500
 # Who touches something, or loses the line, for less does not speak of it.
 _AWHILE_MS = 700
-# The changes that are kept for a page which shows the past.
-_MOST_KEPT = 4000
 
 THOUGHTS: Mapping[str, Thought] = MappingProxyType(
     {
@@ -67,14 +65,16 @@ class Thinking:
 
     Args:
         world: the world; make this object anew where it begins again.
+
+    Attributes:
+        told: what was told, by time.
     """
 
     def __init__(self, world: StudioWorld) -> None:
         self._world = world
         # Since when a car is stuck, or follows a line that it doesn't see.
         self._since_ms: dict[int, int] = {}
-        self._told: list[CarThought] = []
-        self._past: deque[tuple[int, list[CarThought]]] = deque(maxlen=_MOST_KEPT)
+        self.told = Told[list[CarThought]]([])
 
     def look(self, *, at_all: bool) -> list[CarThought]:
         """Return what cars think now, the most telling thoughts first.
@@ -84,7 +84,7 @@ class Thinking:
         now_ms = self._world.now_ms
         if now_ms < _BEGIN_MS or self._world.cars > MOST_CARS:
             return []
-        cars = [told.car for told in self._told]
+        cars = [told.car for told in self.told.now]
         if at_all:
             cars = list(self._wondering())
         found = []
@@ -103,8 +103,8 @@ class Thinking:
         if at_all:
             self._since_ms = lasting
         found.sort(key=lambda told: (_ORDER.index(told.thought), told.car))
-        self._keep(now_ms, found[:MOST_THOUGHTS])
-        return self._told
+        self.told.keep(now_ms, found[:MOST_THOUGHTS])
+        return self.told.now
 
     def _has_heard(self, car: int, since_ms: int) -> bool:
         counted = self._world.pictures.counted(car)
@@ -134,12 +134,3 @@ class Thinking:
         simulation = self._world.simulation
         senses = memoryview(simulation.backend.read(simulation.read_senses())).cast("q")
         return senses[agents.DARK_FLOOR :: agents.SENSED]
-
-    def _keep(self, now_ms: int, thoughts: list[CarThought]) -> None:
-        if thoughts != self._told:
-            self._told = thoughts
-            self._past.append((now_ms, thoughts))
-
-    def then(self, t_ms: int) -> list[CarThought]:
-        """Return what was told at a time of the past."""
-        return next((thoughts for at_ms, thoughts in reversed(self._past) if at_ms <= t_ms), [])

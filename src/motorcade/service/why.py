@@ -19,6 +19,7 @@ from motorcade.mats.document import cars_of, mat_of
 from motorcade.mats.geometry import Obstacle, Surface, obstructed, surfaces
 from motorcade.mats.model import Point
 from motorcade.program.blocks import INFRARED
+from motorcade.service.deciding import Deciding, doing
 from motorcade.service.messages import MatDocument, RangeMm, Remedy, WorkspaceState, sentences
 from motorcade.service.world_messages import CarNumber, ReceivedFrame, Why
 from motorcade.words.formats import CONTROL
@@ -57,6 +58,7 @@ SILENT_MS = 4000
 def why(
     world: Simulation,
     pictures: Pictures,
+    deciding: Deciding,
     car: int,
     *,
     driven: bool,
@@ -66,7 +68,7 @@ def why(
     """Return why a car does what it does; the first cause without whose removal no other matters.
 
     Args:
-        world, pictures: the car's world.
+        world, pictures, deciding: the car's world, and what its leaders decide.
         driven: whether somebody drives it.
         lost: how many frames reached it and were lost, by reason.
         last_frame: the last one that it received.
@@ -80,9 +82,7 @@ def why(
     if runs and follows_line(word) and not _sees_line(world, car):
         return _why(Phrase("why-no-line"))
     if car in leaders:
-        if world.now_ms and not runs:
-            return _why(Phrase("why-no-program"))
-        return _why(Phrase("why-leads"))
+        return _why(_of_leader(world, deciding, car, word, bool(runs)))
     words = _followers_words(world.images[0])
     if last_frame is not None:
         waits = not runs and world.now_ms - last_frame.t_ms >= SILENT_MS
@@ -103,6 +103,17 @@ def why(
         phrase = Phrase(_NOT_DAMAGED.get(reason, "why-lost"), count=sum(lost.values()))
         return _why(phrase, "" if reason in _NOT_DAMAGED else "loss")
     return _out_of_reach(world, senders, listeners)
+
+
+def _of_leader(world: Simulation, deciding: Deciding, car: int, word: int, runs: bool) -> Phrase:
+    """Say why a leader that nothing is in the way of does what it does."""
+    if world.now_ms and not runs:
+        return Phrase("why-timeless" if deciding.decides(car) else "why-no-program")
+    decision = deciding.last(car)
+    if decision is None:
+        return Phrase("why-leads")
+    reason = deciding.phrase(decision.asked, decision.is_met)
+    return Phrase("why-decided", doing=doing(word), reason=reason, seconds=f"{decision.t_ms / 1000:.1f}")
 
 
 def _why(phrase: Phrase, remedy: Remedy | Literal["", "followers"] = "", value: int = 0) -> Why:

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Literal
 
-from msgspec import UNSET, Meta, Struct, UnsetType
+from msgspec import UNSET, Meta, Struct, UnsetType, field
 
 from motorcade.service.messages import (
     ErrorAnswer,
@@ -28,6 +28,7 @@ class SetWorld(StreamMessage, tag="set"):
     """Build a world; without an image no car has a program.
 
     With a mission its goals are watched (`Goals`), and the world stops at the mission's end. The mat is the mission's.
+    ``counters`` are the names of the leader's counters, as the compiler gives them.
     """
 
     mat: MatDocument
@@ -36,6 +37,7 @@ class SetWorld(StreamMessage, tag="set"):
     seed: Seed = 0
     range_mm: RangeMm | None = None
     mission: MissionChoice | None = None
+    counters: Annotated[list[Annotated[str, Meta(max_length=80)]], Meta(max_length=4)] = field(default_factory=list)
 
 
 class Play(StreamMessage):
@@ -68,10 +70,10 @@ class StopCondition(Struct, forbid_unknown_fields=True):
         car: which one; None: any.
         thing, number: what it touches; "" and None: anything.
         corners_m, disc: the zone that it enters: a polygon, or x, y and radius. Sentences call it ``name``.
-        words: the words of the block that it begins, as indices into the image.
+        words: as indices into the image, the words of the block that it begins, or that ask the condition.
     """
 
-    kind: Literal["touch", "lost", "zone", "block", "stuck"]
+    kind: Literal["touch", "lost", "zone", "block", "stuck", "condition"]
     car: CarNumber | None = None
     thing: Literal["", "wall", "disc", "polygon", "edge", "car"] = ""
     number: int | None = None
@@ -264,6 +266,28 @@ class Thoughts(StreamAnswer):
     thoughts: list[CarThought]
 
 
+class Decided(Struct):
+    """What a leader that decides has come to.
+
+    Attributes:
+        counters: what its counters are.
+        holds: the words whose condition is met now, whether or not it has to be, as indices into the image; none of
+            chance.
+        path: the flow words on the way to its present state, and the word of that state.
+    """
+
+    car: int
+    counters: list[int]
+    holds: list[int]
+    path: list[int]
+
+
+class Decisions(StreamAnswer):
+    """What the leaders that decide have come to at the shown time."""
+
+    leaders: list[Decided]
+
+
 class GoalNow(Struct):
     """How it stands with a goal of the mission, and why, with numbers.
 
@@ -305,7 +329,7 @@ class Refused(StreamAnswer, tag="error"):
     sentence: Sentence
 
 
-WorldAnswer = WorldHello | State | CarDetails | Thoughts | Goals | Stopped | Refused
+WorldAnswer = WorldHello | State | CarDetails | Thoughts | Decisions | Goals | Stopped | Refused
 
 
 # An upload, or the readback of a car's program.

@@ -18,6 +18,7 @@ from motorcade.service.history import (
     PAST,
     PAST_BYTES,
     History,
+    Told,
     pack_picture,
 )
 from motorcade.service.studio_world import StudioWorld
@@ -25,6 +26,8 @@ from motorcade.service.thoughts import Thinking
 from motorcade.service.world_messages import (
     CarDetails,
     CarThought,
+    Decided,
+    Decisions,
     Goals,
     State,
     StopCondition,
@@ -96,6 +99,7 @@ class WorldSession:
         self._numbered = self._drawn = 0
         self._told_goals: Goals | None = None
         self._told_thoughts: list[CarThought] = []
+        self._told_decisions: list[Decided] = []
         self._advanced_s: float | None = None
         self._shown_ms: int | None = None
         self._history = History(past_bytes)
@@ -133,18 +137,32 @@ class WorldSession:
         self._show_all()
         self._told_goals = None
         self._told_thoughts = []
-        return [self.world.hello(self.key, resumed), self.state(), *self._new_goals(), *self._new_thoughts()]
+        self._told_decisions = []
+        news = [*self._new_goals(), *self._new_thoughts(), *self._new_decisions()]
+        return [self.world.hello(self.key, resumed), self.state(), *news]
 
     def _new_thoughts(self, *, at_all: bool = True) -> list[WorldAnswer]:
         """What cars think at the shown time, where that has changed; see `Thinking.look`."""
         if self._shown_ms is None:
             thoughts = self._thinking.look(at_all=at_all)
         else:
-            thoughts = self._thinking.then(self._shown_ms)
+            thoughts = self._thinking.told.then(self._shown_ms)
         if thoughts == self._told_thoughts:
             return []
         self._told_thoughts = thoughts
         return [Thoughts(thoughts)]
+
+    def _new_decisions(self) -> list[WorldAnswer]:
+        """What leaders have decided at the shown time, where that has changed."""
+        if self._shown_ms is None:
+            self._decided.keep(self.world.now_ms, self.world.deciding.look())
+            leaders = self._decided.now
+        else:
+            leaders = self._decided.then(self._shown_ms)
+        if leaders == self._told_decisions:
+            return []
+        self._told_decisions = leaders
+        return [Decisions(leaders)]
 
     def _new_goals(self) -> list[WorldAnswer]:
         """How it stands with the mission's goals at the shown time, where that has changed."""
@@ -171,6 +189,7 @@ class WorldSession:
         answers = [self.state(), *self._breakpoints.take(), *self._new_goals()]
         # Who drags a car sends many messages; a step is seen as a whole.
         answers += self._new_thoughts(at_all=isinstance(message, world_messages.StepWorld))
+        answers += self._new_decisions()
         if car := self.car():
             answers.append(car)
         return answers
@@ -250,6 +269,7 @@ class WorldSession:
             if at_all:
                 self._all_thoughts_due_s = now_s + ALL_THOUGHTS_S
             answers += self._new_thoughts(at_all=at_all)
+            answers += self._new_decisions()
         return answers
 
     # Time.
@@ -300,6 +320,7 @@ class WorldSession:
         self._next_moment_ms = 0
         self._breakpoints = Breakpoints(self.world, conditions)
         self._thinking = Thinking(self.world)
+        self._decided = Told[list[Decided]]([])
         self._store_moment()
         self._show_all()
 

@@ -14,8 +14,9 @@ import { IconButton } from "../ui/controls";
 import { Icon } from "../ui/icons";
 import { noteEdit } from "../words/compiling";
 import { Mistake } from "./Mistake";
+import { watchDecisions } from "./decided";
 import { drawInView } from "./inView";
-import { forgetMarks, markDiagnostics, markLoose, markRunning } from "./marks";
+import { forgetMarks, markDiagnostics, markBlocks, markLoose } from "./marks";
 import { parkFollowers, recordFollowers, unparkFollowers } from "./rows";
 import { createWorkspace, disposeWorkspace, fill, read, workspaceOf } from "./workspaces";
 import css from "./blocks.module.css";
@@ -78,7 +79,8 @@ function Editor({ editor }: { editor: EditorName }) {
       listen(document, ["input"], onInput),
       drawInView(editor, workspace),
       watchSize(host.current!, () => Blockly.svgResize(workspace)),
-      useStudio.subscribe((now, before) => now.running !== before.running && markRunning(now.running)),
+      useStudio.subscribe((now, before) => now.running !== before.running && markBlocks("motorcade-running", now.running)),
+      watchDecisions(),
       () => disposeWorkspace(editor),
       () => markLoose(editor),
     );

@@ -1,4 +1,4 @@
-/** Marks on blocks: the compiler's diagnostics, and which blocks run now. */
+/** Marks on blocks: the compiler's diagnostics, which blocks run now, and what was decided. */
 
 import type { BlockSvg } from "blockly/core";
 import type { Diagnostic, EditorName } from "../api/types";
@@ -9,7 +9,10 @@ import { liveWorkspaces, workspaceOf } from "./workspaces";
 
 const WARNING = "motorcade";
 const marked = new Map<EditorName, Map<string, string>>();
-const lit = new Map<EditorName, ReadonlySet<string>>();
+/** A branch that was taken; a condition that is met now. */
+export type Mark = "motorcade-running" | "motorcade-taken" | "motorcade-met";
+/** The marked blocks, by mark and editor. */
+const lit = new Map<string, ReadonlySet<string>>();
 
 /** Show each diagnostic on its block; blocks whose sentences didn't change are left alone. */
 export function markDiagnostics(diagnostics: readonly Diagnostic[]): void {
@@ -62,18 +65,18 @@ export function markLoose(editor: EditorName): void {
 /** Forget the marks of an editor that was filled with new blocks. */
 export function forgetMarks(editor: EditorName): void {
   marked.delete(editor);
-  lit.delete(editor);
+  for (const name of lit.keys()) if (name.endsWith(` ${editor}`)) lit.delete(name);
 }
 
-/** Highlight the blocks that run now, in both editors. */
-export function markRunning(running: ReadonlyMap<EditorName, readonly string[]>): void {
+/** Give these blocks of both editors a mark, and take it from all others. */
+export function markBlocks(mark: Mark, blocks: ReadonlyMap<EditorName, readonly string[]>): void {
   for (const [editor, workspace] of liveWorkspaces()) {
-    const now = new Set(running.get(editor));
-    const before = lit.get(editor) ?? new Set<string>();
+    const now = new Set(blocks.get(editor));
+    const before = lit.get(`${mark} ${editor}`) ?? new Set<string>();
     for (const id of new Set([...before, ...now])) {
       const block = before.has(id) === now.has(id) ? null : workspace.getBlockById(id);
-      if (block) setClass(block, "motorcade-running", now.has(id));
+      if (block) setClass(block, mark, now.has(id));
     }
-    lit.set(editor, now);
+    lit.set(`${mark} ${editor}`, now);
   }
 }

@@ -2,7 +2,8 @@
 
 import * as Blockly from "blockly/core";
 import { create } from "zustand";
-import { EDITORS, type EditorName } from "../api/types";
+import { type CompiledWord, EDITORS, type EditorName } from "../api/types";
+import { withInner } from "../blocks/asked";
 import { findText } from "../blocks/workspaces";
 import type { MissionZone, StopCondition } from "../generated/messages";
 import { inLanguage, say } from "../i18n";
@@ -13,10 +14,11 @@ import { useMat } from "../mat/store";
 import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { endAll } from "../ui/areas";
+import { askedKeyOf } from "../words/deciding";
 
 type Kind = StopCondition["kind"];
 
-/** A condition; of a block it has the block, whose words differ from program to program. */
+/** A condition; of a block it has the block, whose words differ from program to program: those that it makes, or that ask it. */
 interface ChosenStop {
   condition: StopCondition;
   block?: { editor: EditorName; id: string; text: string };
@@ -57,6 +59,7 @@ export function zoneStop(zone: MissionZone): ChosenStop {
 /** What a condition waits for, in words. */
 export function nameOf({ condition, block }: ChosenStop): string {
   const { kind, car, thing, number, name } = condition;
+  if (block && kind === "condition") return say("stops.met", { text: block.text });
   const who = car === undefined || car === null ? say("stops.anyCar") : say("mat.car", { number: car });
   if (block) return say("stops.block", { text: block.text });
   if (kind === "zone") return say("stops.zone", { who, zone: name ?? "" });
@@ -64,13 +67,19 @@ export function nameOf({ condition, block }: ChosenStop): string {
   return say(`stops.${kind as (typeof CAR_KINDS)[number]}`, { who });
 }
 
+/** Which words ask a condition that a block is or is made of. */
+function asks({ editor, id }: { editor: EditorName; id: string }): (word: CompiledWord) => boolean {
+  const asked = withInner(editor, id);
+  return (word) => word.part === editor && asked.has(askedKeyOf(word, word.block) ?? "");
+}
+
 /** What the world is sent: a block by the words that it makes now. */
 function conditions(): StopCondition[] {
   const words = useStudio.getState().compiled?.words ?? [];
   return useStops.getState().stops.map(({ condition, block }) => {
     if (!block) return condition;
-    const made = words.flatMap(({ part, block: id }, index) => (part === block.editor && id === block.id ? [index] : []));
-    return { ...condition, words: made };
+    const has = condition.kind === "condition" ? asks(block) : ({ part, block: id }: CompiledWord) => part === block.editor && id === block.id;
+    return { ...condition, words: words.flatMap((word, index) => (has(word) ? [index] : [])) };
   });
 }
 
@@ -103,11 +112,12 @@ export function registerBlockStops(): void {
     id: "motorcade-stop",
     weight: 1,
     scopeType: Blockly.ContextMenuRegistry.ScopeType.BLOCK,
-    displayText: () => say("stops.whenBegun"),
-    preconditionFn: ({ block }) => (block && canStopAt(block.id) ? "enabled" : "hidden"),
+    displayText: ({ block }) => say(block?.outputConnection ? "stops.whenMet" : "stops.whenBegun"),
+    preconditionFn: ({ block }) => (block && (block.outputConnection ? !block.isInFlyout : canStopAt(block.id)) ? "enabled" : "hidden"),
     callback: ({ block }) => {
-      const editor = block && canStopAt(block.id);
-      if (editor) addStop({ condition: { kind: "block" }, block: { editor, id: block.id, text: findText(editor, block.id) } });
+      const editor = block && (block.outputConnection ? "leader" : canStopAt(block.id));
+      const kind = block?.outputConnection ? "condition" : "block";
+      if (editor) addStop({ condition: { kind }, block: { editor, id: block.id, text: findText(editor, block.id) } });
     },
   });
 }

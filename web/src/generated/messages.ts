@@ -61,6 +61,7 @@ export interface CompiledBlocks {
   costliest: Costs;
   words: Word[];
   left_out: string[];
+  counters: string[];
 }
 
 /** An error or warning of a program; ``block`` is None where it concerns the whole editor. */
@@ -315,6 +316,7 @@ export interface SetWorld {
   seed?: number;
   range_mm?: number | null;
   mission?: MissionChoice | null;
+  counters?: string[];
 }
 
 /** Go on, ``speed`` simulated seconds in a real one. */
@@ -334,7 +336,7 @@ export interface StopWhen { do: "stop-when"; conditions: StopCondition[] }
 
 /** Something that may happen to a car. */
 export interface StopCondition {
-  kind: "block" | "lost" | "stuck" | "touch" | "zone";
+  kind: "block" | "condition" | "lost" | "stuck" | "touch" | "zone";
   car?: number | null;
   thing?: "" | "car" | "disc" | "edge" | "polygon" | "wall";
   number?: number | null;
@@ -427,6 +429,12 @@ export interface CarThought {
   car: number;
   thought: "blocked" | "blockedByCar" | "collisions" | "damaged" | "deaf" | "hidden" | "noLine" | "noProgram" | "notPassedOn" | "nothing" | "outsideBeam" | "tooFar" | "waiting";
 }
+
+/** What the leaders that decide have come to at the shown time. */
+export interface Decisions { is: "decisions"; leaders: Decided[] }
+
+/** What a leader that decides has come to. */
+export interface Decided { car: number; counters: number[]; holds: number[]; path: number[] }
 
 /** The goals of the mission at the shown time, in its order; ``is_over``: the run has ended. */
 export interface Goals { is: "goals"; is_over: boolean; goals: GoalNow[] }
@@ -536,7 +544,7 @@ export interface Compared { is: "compared"; t_ms: number }
 
 export type WorldMessage = SetWorld | Play | Pause | StepWorld | Reset | StopWhen | Speak | SetEnvironment | Move | Watch | Seek | Resume | Shown;
 
-export type WorldAnswer = WorldHello | State | CarDetails | Thoughts | Goals | Stopped | Refused;
+export type WorldAnswer = WorldHello | State | CarDetails | Thoughts | Decisions | Goals | Stopped | Refused;
 
 export type Outcome = Verified | NotVerified | ImageRead | Failed;
 

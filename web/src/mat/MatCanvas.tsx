@@ -5,6 +5,7 @@ import { useMission } from "../missions/store";
 import { endEdit } from "../state/history";
 import { useStudio, useWords } from "../state/studio";
 import { endAll } from "../ui/areas";
+import { countersText } from "../words/Counters";
 import { tapCar, dragTo, drawRoad, duplicateChosen, moveBy, removeChosen, turnCar, turnRoad } from "./actions";
 import { type Camera } from "./camera";
 import { panned, scaleBar, zoomed } from "./framing";
@@ -51,6 +52,7 @@ function connect(scene: Scene): () => void {
         awaited &&= "picture";
       }
       if (shown.some((key) => now[key] !== before[key])) show();
+      if (now.decisions !== before.decisions) scene.count(new Map(now.decisions.map((decided) => [decided.car, countersText(decided).join(" · ")])));
     }),
     useStudio.subscribe((now, before) => {
       if (now.generation !== before.generation && now.mat !== before.mat) awaited = "hello";

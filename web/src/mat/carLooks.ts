@@ -57,6 +57,11 @@ export class CarLooks {
     if (memory) memory.blinksUntil = atMs + BLINK_MS;
   }
 
+  /** Write beside cars what they count; nothing beside the others. */
+  write(texts: ReadonlyMap<number, string>): void {
+    this.looks.forEach((look, k) => (look.name = texts.get(k)));
+  }
+
   /** Let the cars dance from now on. */
   celebrate(leader: readonly DanceMove[], followers: readonly DanceMove[], atMs: number): void {
     this.dance = { leader, followers, sinceMs: atMs };

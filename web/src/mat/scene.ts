@@ -136,6 +136,12 @@ export class Scene {
     this.draw();
   }
 
+  /** Write beside each of these cars what it counts. */
+  count(texts: ReadonlyMap<number, string>): void {
+    this.cars.write(texts);
+    this.draw();
+  }
+
   /** Ring the chosen car, and follow it where that is wished; ring the others that are told of. */
   choose(car: number | null, told: readonly number[], followed: boolean): void {
     this.air.chosen = car;

@@ -181,7 +181,7 @@ export class Session {
 
   private beginningWith(mat: Mat): string {
     const { compiled, profile, mission } = useStudio.getState();
-    return JSON.stringify([compiled?.image ?? null, profile, beginning(mat), mission]);
+    return JSON.stringify([compiled?.image ?? null, profile, beginning(mat), mission, ...(compiled?.counters ?? [])]);
   }
 
   private syncNow(): void {
@@ -203,7 +203,7 @@ export class Session {
     const { seed } = useMat.getState();
     useMat.setState({ problem: null, goals: null });
     this.take("edit");
-    this.pass({ do: "set", image: compiled?.image ?? null, mat, profile, seed, range_mm: rangeMm, mission });
+    this.pass({ do: "set", image: compiled?.image ?? null, mat, profile, seed, range_mm: rangeMm, mission, counters: compiled?.counters });
     this.sent = { beginning: this.beginningWith(mat), mat, rangeMm };
     keep("sessionStorage", BEGINNING_KEY, this.sent.beginning!);
     this.starts = null;
@@ -259,6 +259,7 @@ export class Session {
     if (answer.is === "state") this.receiveState(answer);
     if (answer.is === "car" && answer.car === chosenCar()) useMat.setState({ details: answer });
     if (answer.is === "thoughts") useMat.setState({ thoughts: answer.thoughts });
+    if (answer.is === "decisions") useMat.setState({ decisions: answer.leaders });
     if (answer.is === "goals") {
       useMat.setState({ goals: answer });
       if (answer.is_over) this.take("over");
@@ -294,7 +295,7 @@ export class Session {
       this.picture = null;
     }
     const car = chosenCar();
-    useMat.setState({ hello, details: null, thoughts: [], ...(car !== null && car >= hello.cars && { chosen: null }) });
+    useMat.setState({ hello, details: null, thoughts: [], decisions: [], ...(car !== null && car >= hello.cars && { chosen: null }) });
     if (car !== null && car < hello.cars) this.watch();
     // It was told to stand while nothing was there to hear it.
     if (isNew && useMat.getState().play === "following") this.pass({ do: "pause" });
@@ -304,9 +305,7 @@ export class Session {
   }
 
   /** A picture is never drawn: the server, which waits for drawings, must not wait for this one. */
-  private drop({ frame }: Picture): void {
-    this.connection?.send({ do: "shown", frame });
-  }
+  private readonly drop = ({ frame }: Picture) => this.connection?.send({ do: "shown", frame });
 
   private receivePicture(picture: Picture): void {
     if (picture.cars !== useMat.getState().hello?.cars) {

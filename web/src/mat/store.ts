@@ -3,7 +3,7 @@
 import { create } from "zustand";
 import type { CarDetails, Goals, WorldHello, Pose, WorldProblem, WorldState } from "../api/world";
 import type { LinkState } from "../api/worldConnection";
-import type { CarThought, Stopped } from "../generated/messages";
+import type { CarThought, Decided, Stopped } from "../generated/messages";
 import { say } from "../i18n";
 import { notify } from "../state/dialogs";
 import { record } from "../state/history";
@@ -28,6 +28,8 @@ interface MatState {
   details: CarDetails | null;
   /** What a few cars think at the shown time. */
   thoughts: readonly CarThought[];
+  /** What the leaders that decide have come to at the shown time. */
+  decisions: readonly Decided[];
   /** The time of the picture that is shown, updated a few times a second. */
   tMs: number;
   past: boolean;
@@ -61,6 +63,7 @@ export const useMat = create<MatState>(() => ({
   goals: null,
   details: null,
   thoughts: [],
+  decisions: [],
   tMs: 0,
   past: false,
   pose: null,
@@ -103,6 +106,11 @@ export function toggleChase(): void {
 /** The car that is chosen, now or in a state; null where none is. */
 export function chosenCar({ chosen } = useMat.getState()): number | null {
   return chosen && "car" in chosen ? chosen.car : null;
+}
+
+/** What the chosen car has decided, or else the first that decides; null where none does. */
+export function shownDecisions(mat = useMat.getState()): Decided | null {
+  return mat.decisions.find(({ car }) => car === chosenCar(mat)) ?? mat.decisions[0] ?? null;
 }
 
 /** The piece of furniture that is chosen; null where none is. */

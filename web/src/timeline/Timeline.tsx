@@ -4,12 +4,13 @@ import { useTexts } from "../i18n";
 import { colourWords, hexColour, UNKNOWN, watchTheme } from "../mat/colours";
 import { session } from "../mat/session";
 import { choose, chosenCar, useMat } from "../mat/store";
-import { type Window, windowAt, type CarEvent, clock, type Jump, jumpTo } from "./events";
+import { type Window, windowAt, type CarEvent, clock, decisionOf, type Jump, jumpTo } from "./events";
 import { Downloads } from "./Downloads";
 import { AXIS_PX, LANE_PX, lookOf, paint } from "./painting";
 import css from "./timeline.module.css";
 import { Slider, SliderThumb, SliderTrack } from "react-aria-components";
-import { useWords } from "../state/studio";
+import { useStudio, useWords } from "../state/studio";
+import { flowStory } from "../words/deciding";
 import { endAll, sharpContext } from "../ui/areas";
 import { useScroll } from "../ui/panes";
 import { Choice, ToolButton } from "../ui/fields";
@@ -22,6 +23,7 @@ export function Timeline() {
   const words = useWords();
   const [spanMs, setSpanMs] = useState(20_000);
   const cars = useMat(({ hello }) => hello?.cars ?? 0);
+  const decides = useMat(({ decisions }) => decisions.length > 0);
   return (
     <section className={css.timeline} aria-label={t("timeline.title")}>
       <TimelineTools spanMs={spanMs} onSpan={setSpanMs} />
@@ -30,6 +32,7 @@ export function Timeline() {
         <span data-event="sent">{t("timeline.sent")}</span>
         <span data-event="heard">{t("timeline.heard")}</span>
         <span>{t("timeline.lost")}</span>
+        {decides && <b>{t("timeline.decisions")}</b>}
       </p>
     </section>
   );
@@ -118,7 +121,7 @@ function Lanes({ words, spanMs, cars }: { words: readonly CompiledWord[]; spanMs
 }
 
 const SPANS_S = [5, 10, 20, 60, 300];
-const JUMPS: readonly Jump[] = ["word", "heard", "lost"];
+const JUMPS: readonly Jump[] = ["word", "decision", "heard", "lost"];
 /** A single step that can be seen: a tick is a millisecond. */
 const STEP_MS = 100;
 
@@ -164,10 +167,17 @@ function TimelineTools({ spanMs, onSpan }: { spanMs: number; onSpan: (spanMs: nu
 }
 
 /** An event as a sentence, for users who can't see the lanes. */
-function EventText({ event: { tMs, car, kind, why, word, other } }: { event: CarEvent }) {
+function EventText({ event }: { event: CarEvent }) {
+  const { tMs, car, kind, why, word, other } = event;
   const t = useTexts();
+  const profile = useStudio((studio) => studio.profileFigures);
   const hex = word.toString(16).padStart(8, "0").toUpperCase();
-  const what = kind === "lost" && why ? t(`mat.lost.${why}`) : t(`timeline.events.${kind}`, { word: hex, car: other });
+  let what = kind === "lost" && why ? t(`mat.lost.${why}`) : t(`timeline.events.${kind}`, { word: hex, car: other });
+  if (kind === "flow" && profile) {
+    const decision = decisionOf(event);
+    const story = flowStory({ hex, part: "leader", block: null }, profile);
+    what = decision === "taken" || decision === "passed" ? `${story} · ${t(decision === "taken" ? "blocks.yes" : "blocks.no")}` : story;
+  }
   return `${clock(tMs)} · ${t("mat.car", { number: car })} · ${what}`;
 }
 

@@ -1,6 +1,8 @@
 /** The events of all cars: a ring of the newest, and how many of them fit into a lane of so many pixels. */
 
 import { EVENT_COLUMNS, EventColumn, KINDS, MOST_EVENTS, type EventKind, type Picture, type LossReason, LOSS_REASONS } from "../api/world";
+import { FLOW_OPS } from "../generated/steps";
+import { valueOf } from "../words/values";
 
 export interface CarEvent {
   tMs: number;
@@ -123,18 +125,37 @@ interface BlockSpan {
 
 export const Mark = { frame: 1, heard: 2, lost: 4 } as const;
 
+/** What a leader decided: a jump was taken or not, a condition ended a state, something was told. */
+type Decision = "taken" | "passed" | "ended" | "told";
+/** The index of the word behind a flow word, in an event's `other`. */
+const NEXT_WORD = 256;
+
+/** What an event says that a leader decided; null where it decided nothing. */
+export function decisionOf({ kind, word, other }: CarEvent): Decision | null {
+  const flow = { hex: word.toString(16).padStart(8, "0"), part: "leader", block: null } as const;
+  if (kind === "over") return valueOf(flow, "until") ? "ended" : null;
+  if (kind !== "flow") return null;
+  const op = FLOW_OPS[valueOf(flow, "op")];
+  if (op === "tell") return "told";
+  if ((op !== "jump" && op !== "call") || valueOf(flow, "condition") === 0) return null;
+  return Math.floor(other / NEXT_WORD) === valueOf(flow, "target") ? "taken" : "passed";
+}
+
 export interface Lane {
   spans: BlockSpan[];
   /** What happened in each pixel, as a sum of marks: thousands of frames become one column. */
   marks: Uint8Array;
+  decisions: { tMs: number; what: Decision }[];
 }
 
 /** `events` come newest first; a word that isn't over lasts until now. */
 export function packLane(events: Iterable<CarEvent>, window: Window, nowMs: number, pixels: number): Lane {
-  const lane: Lane = { spans: [], marks: new Uint8Array(pixels) };
+  const lane: Lane = { spans: [], marks: new Uint8Array(pixels), decisions: [] };
   let endMs = nowMs;
   for (const event of events) {
     const { kind, tMs, word } = event;
+    const what = tMs >= window.beginMs && tMs < window.endMs ? decisionOf(event) : null;
+    if (what) lane.decisions.push({ tMs, what });
     if (kind === "over") endMs = tMs;
     if (kind === "state" || kind === "start") {
       if (tMs < window.endMs && endMs > window.beginMs) lane.spans.push({ beginMs: tMs, endMs, word });
@@ -150,14 +171,15 @@ export function packLane(events: Iterable<CarEvent>, window: Window, nowMs: numb
   return lane;
 }
 
-export type Jump = "word" | "heard" | "lost";
-const JUMPS: Record<Jump, readonly EventKind[]> = { word: ["state", "start"], heard: ["heard"], lost: ["lost"] };
+export type Jump = "word" | "decision" | "heard" | "lost";
+const JUMPS: Record<Exclude<Jump, "decision">, readonly EventKind[]> = { word: ["state", "start"], heard: ["heard"], lost: ["lost"] };
+const isOf = (event: CarEvent, jump: Jump) => (jump === "decision" ? decisionOf(event) !== null : JUMPS[jump].includes(event.kind));
 
 /** The next or the last event of a kind, seen from a moment. */
 export function jumpTo(events: Iterable<CarEvent>, kind: Jump, fromMs: number, forward: boolean): CarEvent | null {
   let next: CarEvent | null = null;
   for (const event of events) {
-    if (!JUMPS[kind].includes(event.kind)) continue;
+    if (!isOf(event, kind)) continue;
     if (forward && event.tMs > fromMs) next = event;
     if (!forward && event.tMs < fromMs) return event;
     if (forward && event.tMs <= fromMs) break;

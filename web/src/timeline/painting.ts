@@ -41,6 +41,7 @@ export function paint(g: CanvasRenderingContext2D, width: number, height: number
     const lane = packLane(store.of(car), view.window, view.nowMs, Math.max(1, Math.floor(width)));
     paintSpans(g, lane, top, x, view.colourOf);
     paintMarks(g, lane.marks, top, look);
+    paintDecisions(g, lane, top, x, look);
     g.fillStyle = look.line;
     g.fillRect(0, top + LANE_PX - 1, width, 1);
   });
@@ -96,6 +97,23 @@ function paintMarks(g: CanvasRenderingContext2D, marks: Uint8Array, top: number,
     if (mark & Mark.heard) bar(g, look.heard, column, top + begin + 3, height - 6);
     if (mark & Mark.lost) bar(g, look.lost, column, top + begin, height);
   });
+}
+
+/** A diamond for each decision, filled where a condition was followed; a triangle for what was told. */
+function paintDecisions(g: CanvasRenderingContext2D, { decisions }: Lane, top: number, x: (ms: number) => number, look: Look) {
+  const middle = top + BAR.top + BAR.height / 2;
+  for (const { tMs, what } of decisions) {
+    const at = x(tMs);
+    const shape = what === "told" ? [[-5, -5], [6, 0], [-5, 5]] : [[-5, 0], [0, -6], [5, 0], [0, 6]];
+    g.beginPath();
+    for (const [aside, down] of shape) g.lineTo(at + aside!, middle + down!);
+    g.closePath();
+    g.fillStyle = what === "passed" ? look.panel : look.text;
+    g.strokeStyle = what === "passed" ? look.text : look.panel;
+    g.lineWidth = 1.5;
+    g.fill();
+    g.stroke();
+  }
 }
 
 function bar(g: CanvasRenderingContext2D, colour: string, x: number, y: number, height: number) {

@@ -2,7 +2,7 @@ import { describe, expect, it } from "vitest";
 import { KINDS, type EventKind } from "../api/world";
 import { pictureOf } from "../mat/testPictures";
 import { type CarEvent, EventStore } from "./events";
-import { jumpTo, Mark, packLane, ticksOf, windowAt } from "./events";
+import { decisionOf, jumpTo, Mark, packLane, ticksOf, windowAt } from "./events";
 
 type Row = [tMs: number, car: number, kind: EventKind, word?: number];
 
@@ -84,6 +84,25 @@ describe("a lane", () => {
   ] as const)("a jump to a %s from %i ms (forward: %s) leads to %s", (kind, from, forward, expected) => {
     expect(jumpTo(events(), kind, from, forward)?.tMs ?? null).toBe(expected);
   });
+});
+
+/** If nobody is near, go on with word 0; the same for word 2, where the jump leads behind itself; tell; count. */
+const [ASKS, TELLS, COUNTS] = [0x80028000, 0xc0000000, 0xb0002002];
+
+it.each([
+  ["flow", ASKS, 1 + 256 * 0, "taken"],
+  ["flow", ASKS, 1 + 256 * 2, "passed"],
+  ["flow", TELLS, 2 + 256 * 3, "told"],
+  ["flow", COUNTS, 2 + 256 * 3, null],
+  ["over", 0x61800100, 0, "ended"],
+  // The length of a follower's word is over.
+  ["over", 0xa0800000, 0, null],
+  ["state", 0x61800100, 0, null],
+] as const)("an event %s of the word %i, with %i, is the decision: %s", (kind, word, other, what) => {
+  const event: CarEvent = { tMs: 1000, car: 0, kind, why: "", word, other };
+  expect(decisionOf(event)).toBe(what);
+  expect(packLane([event], { beginMs: 0, endMs: 2000 }, 2000, 20).decisions).toEqual(what ? [{ tMs: 1000, what }] : []);
+  expect(jumpTo([event], "decision", 0, true)).toBe(what && event);
 });
 
 describe("the window", () => {

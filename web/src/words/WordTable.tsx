@@ -4,12 +4,14 @@ import { conditionOf, withInner } from "../blocks/asked";
 import { editorWith, showBlock } from "../blocks/workspaces";
 import { FORMATS } from "../generated/steps";
 import { useTexts } from "../i18n";
+import { shownDecisions, useMat } from "../mat/store";
 import { usePython } from "../python/text";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { usePrinting, useScroll } from "../ui/panes";
 import { bitsOf, blockOf, colourOf, fieldsOf, hasBlockIn, isLit, isNarrow, spansOf, fieldMeaning } from "./bits";
-import { askedKeyOf, askedBy } from "./deciding";
+import { Counters } from "./Counters";
+import { askedKeyOf, askedBy, asks } from "./deciding";
 import { storyOf } from "./story";
 import { valueOf } from "./values";
 import css from "./words.module.css";
@@ -48,6 +50,8 @@ interface WordRowProps {
   fields: readonly Field[];
   profile: Profile;
   lit: ReadonlySet<string>;
+  /** Whether its condition is met now. */
+  isMet: boolean;
   /** The line of the Python text that made it, where that shows. */
   line: number | undefined;
   /** The user's place where it is in this row. */
@@ -69,7 +73,7 @@ const isOf = (word: CompiledWord, editor: EditorName | null): boolean =>
 
 /** Drawn again only where its word or its highlighted fields change: its many labels take the most time of the page. */
 const WordRow = memo(function WordRow(props: WordRowProps) {
-  const { index, word, fields, profile, lit, line, place, onPlace } = props;
+  const { index, word, fields, profile, lit, isMet, line, place, onPlace } = props;
   const t = useTexts();
   const row = useRef<HTMLDivElement>(null);
   const active = place && Math.min(place.field, fields.length - 1);
@@ -98,6 +102,7 @@ const WordRow = memo(function WordRow(props: WordRowProps) {
           style={{ "--bits": colourOf(field) } as CSSProperties}
           data-field={field.name}
           data-lit={isLit(word, field, lit) || undefined}
+          data-met={(isMet && asks(field)) || undefined}
           data-set={valueOf(word, field.name) !== 0 || undefined}
           aria-label={fieldMeaning(word, field, profile)}
           // The style sheet shows the bits: screen readers read out the meaning only.
@@ -157,6 +162,7 @@ export function WordTable({ words, profile }: { words: readonly CompiledWord[]; 
     setPlace(placeOfBlocks(words, editor, blocks, place));
   }
   const lines = useLines();
+  const holds = useMat((now) => shownDecisions(now)?.holds);
   const row = clamp(place.row, words.length - 1);
   const word = words[row]!;
   const field = fieldsOf(word)[clamp(place.field, fieldsOf(word).length - 1)]!;
@@ -210,6 +216,7 @@ export function WordTable({ words, profile }: { words: readonly CompiledWord[]; 
                 profile={profile}
                 line={lines.get(each.block ?? "")}
                 lit={hasBlockIn(each, blocks) && isOf(each, editor) ? blocks : NOTHING}
+                isMet={holds?.includes(first + index) ?? false}
                 place={first + index === row ? place : null}
                 onPlace={setPlace}
               />
@@ -217,6 +224,7 @@ export function WordTable({ words, profile }: { words: readonly CompiledWord[]; 
           </div>
         </div>
       </div>
+      <Counters />
       <p className={css.detail} aria-hidden="true">
         <b>{t("words.word", { index: row })}</b> {fieldMeaning(word, field, profile)}
       </p>

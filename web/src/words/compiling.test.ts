@@ -15,6 +15,7 @@ const ANSWER: CompiledBlocks = {
   costliest: { leader: null, followers: null },
   words: [],
   left_out: [],
+  counters: [],
 };
 
 const asked: { blocks: Blocks; answer: (words: Partial<CompiledBlocks>) => void }[] = [];

@@ -65,7 +65,9 @@ async function editorsFilled(): Promise<void> {
 function sharedAnswer(before: CompiledBlocks | null, now: CompiledBlocks): CompiledBlocks {
   if (before === null) return now;
   const same = JSON.stringify(before.diagnostics) === JSON.stringify(now.diagnostics);
-  return { ...now, words: sharedWords(before.words, now.words), diagnostics: same ? before.diagnostics : now.diagnostics };
+  // Words say the names of counters.
+  const renamed = before.counters.join() !== now.counters.join();
+  return { ...now, words: renamed ? now.words : sharedWords(before.words, now.words), diagnostics: same ? before.diagnostics : now.diagnostics };
 }
 
 async function compileNewest(): Promise<void> {

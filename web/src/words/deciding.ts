@@ -3,6 +3,7 @@
 import { say } from "../i18n";
 import type { CompiledWord, Field, Profile } from "../api/types";
 import { levelMeaning } from "../blocks/figures";
+import { useStudio } from "../state/studio";
 import { FLOW_CONDITIONS, FLOW_OPS, SENSES } from "../generated/steps";
 import { valueOf } from "./values";
 
@@ -11,6 +12,15 @@ const IN_TURN = 255;
 const LOTS = 256;
 /** The fields of a condition, and those that say what it is compared with. */
 const ASKING = new Set<Field["group"]>(["condition", "until", "counter", "value"]);
+
+/** What the program calls a counter; its number where it has no name. */
+export function counterName(counter: number): string {
+  const name = useStudio.getState().compiled?.counters[counter] ?? "";
+  return name === "" ? say("story.counter", { number: counter + 1 }) : name;
+}
+
+/** Whether the field says what a condition asks. */
+export const asks = ({ group }: Field): boolean => ASKING.has(group);
 
 export interface Asked {
   kind: (typeof FLOW_CONDITIONS)[number];
@@ -29,7 +39,7 @@ export const askedKey = (block: string, { kind, level }: Asked) => `${block}?${k
 
 /** The key of the condition that a field of a word belongs to; null where it belongs to none. */
 export function askedKeyOf(word: CompiledWord, block: string | null, field?: Field): string | null {
-  const asked = block !== null && (!field || ASKING.has(field.group)) ? askedBy(word) : null;
+  const asked = block !== null && (!field || asks(field)) ? askedBy(word) : null;
   return asked && askedKey(block!, asked);
 }
 
@@ -45,7 +55,7 @@ export function askedMeaning(word: CompiledWord, { kind, level }: Asked, profile
       return say("story.asked.floor", { where: say(`blocks.asked.${SENSES.floor[level] ?? "either"}`) });
     case "counter": {
       const comparison = say(`blocks.asked.${COMPARISONS[level] ?? "is"}`);
-      return say("story.asked.counter", { counter: valueOf(word, "counter") + 1, comparison, value });
+      return say("story.asked.counter", { counter: counterName(valueOf(word, "counter")), comparison, value });
     }
     case "chance":
       return say("story.asked.chance", { percent: Math.round((value * 100) / LOTS) });
@@ -57,7 +67,7 @@ export function askedMeaning(word: CompiledWord, { kind, level }: Asked, profile
 /** What a flow word does. */
 function actOf(word: CompiledWord): string {
   const target = valueOf(word, "target");
-  const figures = { target: target + 1, counter: valueOf(word, "counter") + 1, value: valueOf(word, "value") };
+  const figures = { target: target + 1, counter: counterName(valueOf(word, "counter")), value: valueOf(word, "value") };
   switch (FLOW_OPS[valueOf(word, "op")]) {
     case "call":
       return say("story.call", figures);
@@ -109,9 +119,10 @@ export function decidingMeaning(word: CompiledWord, field: Field, value: number,
       return say(value ? "blocks.yes" : "blocks.no");
     case "level":
     case "until_level":
-    case "counter":
     case "value":
       return String(value);
+    case "counter":
+      return counterName(value);
     case "unused":
       return say("meaning.reserved");
     default:

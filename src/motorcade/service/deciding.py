@@ -1,0 +1,196 @@
+"""What leaders that decide have decided, and what their conditions find now: for blocks, table, stage and 'Why?'.
+
+The engine's events tell which flow words led to a state, and which state its condition ended. Whether a condition is
+met now, the brain itself is asked (`motorcade.car.decisions`).
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from motorcade.car import brain, decisions
+from motorcade.car.senses import Senses
+from motorcade.config.profile import levels_of
+from motorcade.engine import agents
+from motorcade.engine.events import FLOW as EXECUTED
+from motorcade.engine.events import NEXT_WORD, OVER, STATE
+from motorcade.engine.moment import Event, unpack_events
+from motorcade.engine.simulation import Simulation
+from motorcade.errors import Phrase
+from motorcade.service.world_messages import Decided
+from motorcade.words.flow import ALWAYS, CALL, CHANCE, COUNTER, DECIDES
+from motorcade.words.formats import CONTROL, FLOW
+from motorcade.words.formats import STATE as STATE_WORD
+from motorcade.words.packing import bytes_to_words
+
+# So many leaders at most are looked at: each has conditions that are asked again and again.
+_MOST_LEADERS = 20
+# What all cars sense is found out at once, which takes too long in a large crowd.
+_MOST_CARS = 200
+_COMPARISONS = ("is", "below", "above")
+_VOICES = ("stop", "go")
+_FLOORS = ("either", "left", "right", "both")
+_KINDS = ("always", "obstacle", "person", "voice", "floor", "counter", "chance")
+
+
+class Asked(NamedTuple):
+    """A condition of a word, without whether it has to be met; ``counter`` and ``value`` are 0 where it has none."""
+
+    condition: int
+    level: int
+    counter: int = 0
+    value: int = 0
+
+
+class Decision(NamedTuple):
+    """A condition by which a leader went: what was asked, whether it was met, and when."""
+
+    t_ms: int
+    asked: Asked
+    is_met: bool
+
+
+class Deciding:
+    """The leaders of a world that decide, from one beginning on.
+
+    Args:
+        world: the world; make this object anew where it begins again.
+        counters: the names of the counters of its first image, "" for one that the program does not name.
+    """
+
+    def __init__(self, world: Simulation, counters: Sequence[str] = ()) -> None:
+        self._world = world
+        self._counters = counters
+        self._levels = levels_of(world.profile)
+        words = bytes_to_words(world.images[0]) if world.images else (0,)
+        # Pages show the words of the first image: these leaders run it.
+        leaders = world.mat.starts.leaders[:: len(world.images) or 1]
+        if not words[0] & DECIDES:
+            leaders = []
+        self._words = words
+        self._asked = {index: asked for index, asked in _asked_in(words) if asked.condition != CHANCE}
+        # What happened on the way to each leader's present state, and behind it; the state itself is the last of a way.
+        self._ways: dict[int, list[Event]] = {car: [] for car in leaders[:_MOST_LEADERS]}
+        self._begun: dict[int, list[Event]] = {car: [] for car in self._ways}
+
+    def see(self, rows: bytes) -> None:
+        """Take the rows of the events since the last call."""
+        if not self._ways:
+            return
+        for event in unpack_events(rows):
+            if event.kind not in (STATE, OVER, EXECUTED) or event.car not in self._ways:
+                continue
+            self._begun[event.car].append(event)
+            if event.kind == STATE:
+                self._ways[event.car] = self._begun[event.car]
+                self._begun[event.car] = []
+
+    def look(self) -> list[Decided]:
+        """Return what each of these leaders has come to."""
+        return [Decided(car, self._world.counters_of(car), self.holding(car), self._path(car)) for car in self._ways]
+
+    def holding(self, car: int) -> list[int]:
+        """Return the indices of the words whose condition is met now, whether or not it has to be; not of chance."""
+        world = self._world
+        if not self._asked or car not in self._ways or world.tick == 0 or world.cars > _MOST_CARS:
+            return []
+        senses = memoryview(world.backend.read(world.read_senses())).cast("q")[car * agents.SENSED :]
+        sensed = Senses(senses[agents.OBSTACLE_MM], senses[agents.PERSON], senses[agents.DARK_FLOOR])
+        memory = world.memory_of(car, range(brain.SIZE))
+        remembered = bytearray(world.decisions_of(car))
+        met = {}
+        for asked in set(self._asked.values()):
+            word = FLOW.encode(counter=asked.counter, value=asked.value)
+            met[asked] = decisions.is_met(memory, remembered, asked.condition, asked.level, word, sensed, self._levels)
+        return [index for index, asked in self._asked.items() if met[asked]]
+
+    def _path(self, car: int) -> list[int]:
+        """The indices of the words that led to the present state, and of the state."""
+        return [1 + event.other % NEXT_WORD for event in self._ways[car] if event.kind != OVER]
+
+    def last(self, car: int) -> Decision | None:
+        """The last condition by which a leader came to its present state; None where it came by none."""
+        for event in reversed(self._ways.get(car, ())):
+            decision = _decision_of(event, self._words[0] >> 24)
+            # The counter of a repeat has no name: the pupil knows nothing of it.
+            if decision and (decision.asked.condition != COUNTER or self._name_of(decision.asked.counter)):
+                return decision
+        return None
+
+    def decides(self, car: int) -> bool:
+        """Whether a car is one of these leaders."""
+        return car in self._ways
+
+    def phrase(self, asked: Asked, is_met: bool) -> Phrase:
+        """Say that a condition was met, or that it wasn't: 'nothing was nearer than 20 cm'."""
+        kind = _KINDS[asked.condition]
+        answer = "no"
+        if is_met:
+            answer = "yes"
+        details: dict[str, object] = {}
+        if kind == "obstacle":
+            details = {"cm": f"{self._levels[brain.AVOID_RADII_MM + asked.level] / 10:g}"}
+        elif kind == "voice":
+            details = {"word": Phrase(f"voice-{_VOICES[asked.level]}")}
+        elif kind == "floor":
+            kind = f"floor-{_FLOORS[asked.level]}"
+        elif kind == "counter":
+            kind = f"counter-{_COMPARISONS[asked.level]}"
+            details = {"counter": self._name_of(asked.counter), "value": asked.value}
+        return Phrase(f"asked-{kind}-{answer}", **details)
+
+    def phrase_of(self, index: int) -> Phrase:
+        """Say that the condition of a word is met."""
+        return self.phrase(self._asked[index], is_met=True)
+
+    def _name_of(self, counter: int) -> str | Phrase:
+        if self._counters:
+            return self._counters[counter]
+        return Phrase("counter-number", number=counter + 1)
+
+
+def doing(word: int) -> Phrase:
+    """Say what a car does by a control word: 'It turns right'."""
+    values = CONTROL.decode(word)
+    what = "stands"
+    if values.motor_enable and values.motor_speed:
+        what = ("forward", "left", "right", "random")[values.motor_direction]
+        if values.floor and what == "forward":
+            what = "line"
+    elif values.led_duration:
+        what = "lights"
+    return Phrase(f"doing-{what}")
+
+
+def _asked_in(words: Sequence[int]) -> Iterator[tuple[int, Asked]]:
+    """Yield the condition of each leader word that has one, by its index in the image."""
+    for index, word in enumerate(words[1 : 1 + (words[0] >> 24)], 1):
+        asked = _asked_by(word)
+        if asked.condition != ALWAYS:
+            yield index, asked
+
+
+def _asked_by(word: int) -> Asked:
+    if word >> 31 == 0:
+        state = STATE_WORD.decode(word)
+        return Asked(state.until, state.until_level)
+    flow = FLOW.decode(word)
+    if flow.op > CALL:
+        return Asked(ALWAYS, 0)
+    if flow.condition != COUNTER:
+        return Asked(flow.condition, flow.level)
+    return Asked(flow.condition, flow.level, flow.counter, flow.value)
+
+
+def _decision_of(event: Event, leader_words: int) -> Decision | None:
+    """The condition that decided at an event of an image with so many leader words; None where there was none."""
+    if event.kind == OVER:
+        return Decision(event.t_ms, _asked_by(event.word), not STATE_WORD.decode(event.word).until_not)
+    if event.kind != EXECUTED:
+        return None
+    asked = _asked_by(event.word)
+    flow = FLOW.decode(event.word)
+    following, index = divmod(event.other, NEXT_WORD)
+    # A jump to the word behind it decides nothing.
+    if asked.condition == ALWAYS or flow.target == (index + 1) % leader_words:
+        return None
+    return Decision(event.t_ms, asked, (following == flow.target) != bool(flow.if_not))
