@@ -2,12 +2,13 @@
 
 import json
 import re
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from http.client import HTTPConnection
 from random import Random
 from unittest import mock
 
 import pytest
+from starlette.routing import WebSocketRoute
 from starlette.websockets import WebSocketDisconnect
 
 from motorcade.classroom import running
@@ -198,6 +199,33 @@ def test_a_socket_of_somebody_who_is_out_ends_and_a_message_on_its_way_does_noth
                     while says_something or path != "api/trials":
                         received.append(socket.receive_json())
             mia = room.join("Mia")
+
+
+@pytest.mark.parametrize(("who", "goes_out"), [("pupil", "class/leave"), ("teacher", "teacher/sign-out")])
+def test_each_socket_of_somebody_who_is_out_ends_also_where_nothing_is_said(tmp_path, who, goes_out):
+    queries = {"/api/world": f"?session={'1' * 32}", "/api/teacher/watch": "?pupil=01"}
+    with class_room(tmp_path) as room, ExitStack() as pages:
+        mia, teacher = room.join("Mia"), room.browser()
+        assert teacher.ask("teacher/sign-in", password=PASSWORD) == {}
+        routes = [route.path for route in mia.client.app._app.routes if isinstance(route, WebSocketRoute)]
+        paths = {
+            "pupil": [path for path in routes if not path.startswith("/api/teacher/")],
+            "teacher": [path for path in routes if path != "/api/class/stream"],
+        }[who]
+        browser = {"pupil": mia, "teacher": teacher}[who].client
+        sockets = [
+            pages.enter_context(
+                browser.websocket_connect(f"ws{HERE.removeprefix('http')}{path}{queries.get(path, '')}")
+            )
+            for path in paths
+        ]
+        # Another tab of the browser: a page that leaves closes what it has.
+        tab = room.browser()
+        tab.client.cookies.update(browser.cookies)
+        assert tab.ask(goes_out) == {}
+        for socket in sockets:
+            while socket.receive()["type"] != "websocket.close":
+                pass
 
 
 def test_a_start_deletes_what_belongs_to_nobody_and_takes_who_is_out_from_pairs(tmp_path, caplog):

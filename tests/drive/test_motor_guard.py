@@ -19,9 +19,11 @@ QUICK_MS, PATIENT_MS = 1000, 30_000
 
 
 @contextmanager
-def driving(file: Path, failsafe_ms: int = PATIENT_MS, stderr: int = subprocess.DEVNULL) -> Iterator[subprocess.Popen]:
+def driving(
+    file: Path, failsafe_ms: int = PATIENT_MS, stderr: int = subprocess.DEVNULL, how: tuple[str, ...] = ()
+) -> Iterator[subprocess.Popen]:
     """A process whose car drives, and records the calls of its board in ``file``."""
-    command = [sys.executable, "-m", "support.guarded_car", str(file), str(failsafe_ms)]
+    command = [sys.executable, "-m", "support.guarded_car", str(file), str(failsafe_ms), *how]
     path = os.pathsep.join([str(TESTS), os.environ.get("PYTHONPATH", "")])
     environment = {**os.environ, "PYTHONPATH": path}
     with subprocess.Popen(
@@ -58,9 +60,10 @@ def freeze_while_it_drives(process: subprocess.Popen, file: Path) -> None:
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="only POSIX freezes a process")
-def test_a_frozen_process_is_killed_and_its_wheels_are_stopped(tmp_path: Path) -> None:
+@pytest.mark.parametrize("how", [(), ("program",)])
+def test_a_frozen_process_is_killed_and_its_wheels_are_stopped(tmp_path: Path, how: tuple[str, ...]) -> None:
     file = tmp_path / "wheels"
-    with driving(file, QUICK_MS) as process:
+    with driving(file, QUICK_MS, how=how) as process:
         freeze_while_it_drives(process, file)
         assert process.wait(DEADLINE_S) == -signal.SIGKILL
         wait_for_last(file, "rescue")

@@ -257,6 +257,9 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
     ("lesson", "server/studio/library.py"): (
         ("version-base-ignored", "            check_base(name, base, newest)\n", ""),
     ),
+    ("lesson", "server/studio/sessions.py"): (
+        ("page-of-before-plays", "            if session.page is not page:\n                return\n", ""),
+    ),
     ("keys", "drive/server.py"): (
         ("revoked-stay-connected", "            channel.check_keys()\n", "            pass\n"),
     ),

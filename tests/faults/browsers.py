@@ -260,6 +260,10 @@ class SimulatedPage:
         if not self._writer.is_closing():
             self._writer.write(_masked(opcode, data))
 
+    def stop_reading(self) -> None:
+        """Take nothing any more of what comes."""
+        self._writer.transport.pause_reading()  # type: ignore[attr-defined]
+
     def codes(self) -> list[str]:
         """The codes of all errors that it was sent."""
         return [each["code"] for each in self.messages if each.get("is") == "error"]

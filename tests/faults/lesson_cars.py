@@ -39,6 +39,9 @@ _MAT = {
     "car": [{"at_m": [0, 0], "role": "leader"}, {"at_m": [0.5, 0]}],
 }
 _SET = {"do": "set", "image": IMAGE, "mat": _MAT, "profile": "classroom", "seed": 1}
+_OTHER_SEED = 77
+# Their sentences fill all that lies between the server and a page.
+_MANY_ERRORS = 300
 
 
 def start_car(run: "Lesson") -> None:
@@ -272,6 +275,34 @@ async def play(run: "Lesson") -> None:
     page.close()
 
 
+async def take_over(run: "Lesson") -> None:
+    """A newer page shows a world; the page of before, which reads nothing, isn't gone yet, and does nothing in it."""
+    pupil = run.draw(run.pupils)
+    if pupil is None:
+        return
+    path = f"world?session={_key(pupil)}"
+    before = await pupil.browser.open(path)
+    before.send(_SET)
+    before.stop_reading()
+    for _ in range(_MANY_ERRORS):
+        before.send({"do": "nonsense"})
+    await asyncio.sleep(0.3)
+    newer = (await pupil.browser.open(path)).follow()
+    await asyncio.sleep(0.3)
+    before.send({"do": "reset", "seed": _OTHER_SEED})
+    await asyncio.sleep(0.3)
+    newer.send({"do": "pause"})
+    await asyncio.sleep(0.3)
+    seed = (newer.newest("state") or {}).get("seed")
+    run.world.keep("one-holder", seed == _SET["seed"], "the page of before acts in a world: its seed is {}", seed)
+    newer.send({"do": "reset", "seed": _OTHER_SEED})
+    await asyncio.sleep(0.3)
+    seed = (newer.newest("state") or {}).get("seed")
+    run.world.keep("as-asked", seed == _OTHER_SEED, "the newer page has no world: its seed is {}", seed)
+    newer.close()
+    before.close()
+
+
 async def _draw(page: SimulatedPage) -> None:
     """Tell the server that each picture is drawn."""
     drawn = 0
@@ -323,4 +354,4 @@ def names(run: "Lesson") -> Replaced:
     }
 
 
-ACTS = [(1.6, drive), (0.6, stop_car), (0.5, lift_the_teachers_stop), (0.6, late_sticks), (0.6, play)]
+ACTS = [(1.6, drive), (0.6, stop_car), (0.5, lift_the_teachers_stop), (0.6, late_sticks), (0.6, play), (0.3, take_over)]

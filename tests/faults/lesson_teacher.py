@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 _MARK = re.compile("# mark-[0-9]+-")
 # Whoever is out is sent nothing any more after so long.
 _LAST_WORDS_S = 2.0
+# WebSockets of a pupil's that may say nothing for long.
+_QUIET = ("/drive/ws", "trials", "upload", "serial")
 
 
 async def settings(run: "Lesson") -> None:
@@ -296,12 +298,13 @@ async def remove(run: "Lesson") -> None:
     """The teacher removes a pupil, who is out at once and has left nothing."""
     pupil = run.draw(run.pupils)
     if pupil:
-        remote = (await pupil.browser.open("/drive/ws")).follow()
+        pages = [(await pupil.browser.open(path)).follow() for path in _QUIET]
         await asyncio.sleep(0.2)
         await remove_pupil(run, pupil)
         await run.expect("as-asked", run.teacher, "teacher/remove", "no-such-pupil", pupil=pupil.id)
         await asyncio.sleep(_LAST_WORDS_S)
-        run.world.keep("out-is-out", remote.has_ended, f"{pupil.name}, who is out, is still told of the cars")
+        left = [path for path, page in zip(_QUIET, pages, strict=True) if not page.has_ended]
+        run.world.keep("out-is-out", not left, "{}, who is out, still has {}", pupil.name, left)
 
 
 async def remove_pupil(run: "Lesson", pupil: "Pupil") -> None:

@@ -2,9 +2,10 @@
 
 For test_motor_guard.py and benchmarks/drive_ends.py.
 
-``python -m support.guarded_car FILE [FAILSAFE_MS]``: its board appends each call to FILE, a line with the method and
-the time in seconds by the clock that all processes share. The process prints ``drives`` when the wheels
+``python -m support.guarded_car FILE [FAILSAFE_MS [program]]``: its board appends each call to FILE, a line with the
+method and the time in seconds by the clock that all processes share. The process prints ``drives`` when the wheels
 turn, and obeys three lines on its standard input: ``end``, ``fail``, and ``hang``, which holds the interpreter's lock.
+A car that runs its own ``program`` obeys nobody, and drives until it is killed.
 """
 
 import asyncio
@@ -18,6 +19,7 @@ from pathlib import Path
 from motorcade.car.arbiter import APPLIED
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
+from motorcade.drive.motor_guard import MotorGuard
 from motorcade.drive.server import watched
 from motorcade.drive.session import CarControl, ControlSession
 from motorcade.timing import monotonic_ms
@@ -92,5 +94,20 @@ async def drive(file: str, failsafe_ms: int) -> None:
             raise ZeroDivisionError
 
 
+def run_program(file: str, failsafe_ms: int) -> None:
+    """Move the wheels without any command, as a car's own program does."""
+    guard = MotorGuard(FileBoard(file).rescue(), failsafe_ms)
+    guard.beat(moves=True)
+    record(file, "apply")
+    print("drives", flush=True)
+    while True:
+        time.sleep(PERIOD_S)
+        guard.beat(moves=True)
+
+
 if __name__ == "__main__":
-    asyncio.run(drive(sys.argv[1], int(sys.argv[2]) if sys.argv[2:] else CLASSROOM.drive.failsafe_ms))
+    of_car = int(sys.argv[2]) if sys.argv[2:] else CLASSROOM.drive.failsafe_ms
+    if sys.argv[3:]:
+        run_program(sys.argv[1], of_car)
+    else:
+        asyncio.run(drive(sys.argv[1], of_car))

@@ -12,6 +12,7 @@ from motorcade import Followers, Program, avoid, compile_program, forward, led, 
 from motorcade.config.profile import Profile
 from motorcade.engine.world import World
 from motorcade.mats import Mat, Person, Physics, Pose, Starts, Voice
+from motorcade.mats.document import check_things
 from motorcade.mats.model import Line
 from motorcade.words.image import image_words
 from motorcade.words.packing import words_to_bytes
@@ -35,10 +36,11 @@ class Case:
 
 
 class CrowdedWorld(World):
-    """A world of any mat: cars may start in walls and in each other, as they may come to stand while it changes."""
+    """A world whose cars may start in walls and in each other, as they may come to stand while it changes."""
 
     def _check_mat(self, mat: Mat, profile: Profile | None) -> None:
-        """Take any mat."""
+        """Check all but the places of the cars."""
+        check_things(mat)
 
 
 @st.composite
@@ -56,9 +58,9 @@ def cases(draw: st.DrawFn, tick_ms: int | None = None, decides: bool | None = No
         tick_ms or draw(st.sampled_from(TICKS_MS)),
         (side_mm / 1000, side_mm / 1000),
         draw(st.booleans()),
-        tuple(draw(st.lists(st.tuples(length, length, length, length), max_size=2))),
+        tuple(draw(st.lists(st.tuples(length, length, length, length).filter(has_length), max_size=2))),
         tuple(draw(st.lists(st.tuples(length, length, length.map(lambda radius: 0.01 + radius / 5)), max_size=2))),
-        tuple(draw(st.lists(st.lists(point, min_size=3, max_size=4).map(tuple), max_size=1))),
+        tuple(draw(st.lists(polygons(length), max_size=1))),
         tuple(draw(st.lists(st.builds(Person, paths(point), st.booleans()), max_size=2))),
         tuple(draw(st.lists(voices(length), max_size=3))),
         draw(physics()),
@@ -78,6 +80,24 @@ def paths(draw: st.DrawFn, point: st.SearchStrategy[tuple[float, float]]) -> tup
     """A path, or one place."""
     legs_ms = draw(st.lists(st.integers(1, 3000), max_size=3))
     return tuple((sum(legs_ms[:leg]) / 1000, *draw(point)) for leg in range(len(legs_ms) + 1))
+
+
+def has_length(wall: tuple[float, float, float, float]) -> bool:
+    return wall[:2] != wall[2:]
+
+
+@st.composite
+def polygons(draw: st.DrawFn, length: st.SearchStrategy[float]) -> tuple[tuple[float, float], ...]:
+    """Three or four corners around a point: each in a sector of its own, so no side meets another."""
+    x, y = draw(length), draw(length)
+    sector_deg = 360 // draw(st.integers(3, 4))
+    corners = []
+    for first_deg in range(0, 360, sector_deg):
+        # Less than half a turn lies between two corners.
+        angle = math.radians(first_deg + draw(st.integers(0, 2 * sector_deg // 5)))
+        away = 0.01 + draw(length)
+        corners.append((x + away * math.cos(angle), y + away * math.sin(angle)))
+    return tuple(corners)
 
 
 def lines(point: st.SearchStrategy[tuple[float, float]]) -> st.SearchStrategy[Line]:
@@ -171,7 +191,7 @@ def crowd(cars: int) -> Mat:
         tick_ms=20,
         size_m=(edge_m, edge_m),
         walled=True,
-        walls=((0.4, 0.4, edge_m - 0.4, 0.4),),
+        walls=((0.25, 0.25, edge_m - 0.25, 0.25),),
         discs=((edge_m / 2, edge_m / 2, 0.1),),
         people=(Person(((0.0, edge_m, edge_m), (1.0, 0.0, 0.0)), repeats=True),),
         voices=(Voice(0.5, "stop", 0.0, 0.0, edge_m / 2), Voice(0.8, "go")),

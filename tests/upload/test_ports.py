@@ -33,6 +33,7 @@ def found(monkeypatch):
         (0x1A86, 0x7523, "CH340"),
         (0x10C4, 0xEA60, "CP210x"),
         (0x2341, 0x0243, "Arduino Uno"),
+        (0x2341, 0x0010, "Arduino Mega"),
         (0x2341, 0x0042, "Arduino Mega"),
         (0x2341, 0x0058, "Arduino"),
         (0x2E8A, 0x0005, "Raspberry Pi Pico"),

@@ -4,11 +4,12 @@ In a browser every page may send requests to this computer. So a request must be
 foreign site can point its own name at this computer, 'DNS rebinding'), and come from a page of this server.
 """
 
+import asyncio
 import ipaddress
 import re
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from secrets import compare_digest
 
@@ -30,8 +31,9 @@ STATE_KEY = "connection"
 # WebSockets of one pupil: three tabs have fewer. The oldest gives way.
 MOST_SOCKETS = 8
 RATE_WINDOW_S = 2
-# Who is out is sent nothing more after so long: until then, why.
-_LAST_WORDS_S = 1.0
+# So often is asked whether the holder of a WebSocket is still in; who is out is sent nothing after so long: until then,
+# why.
+_LOOK_S, _LAST_WORDS_S = 0.5, 0.5
 # What a stream sends again and again; and why a WebSocket ends (RFC 6455, section 7.4.1).
 _PARTS = ("websocket.send", "http.response.body")
 _NOT_ALLOWED = 1008
@@ -153,8 +155,8 @@ class RequestFilter:
     def _while_in(self, asker: HTTPConnection, holder: str, receive: Receive, send: Send) -> tuple[Receive, Send]:
         """Return how a holder's request is received and answered while the holder is in.
 
-        The right to ask may end after the head of a request has come: a body that comes later is refused, a WebSocket
-        is over, and a second later nothing more is sent.
+        The right to ask may end after the head of a request has come: a body that comes later is refused. A WebSocket
+        is over with its next message, or within a second; nothing more is sent then.
         """
         is_socket = asker.scope["type"] == "websocket"
         out_since_s: float | None = None
@@ -163,24 +165,38 @@ class RequestFilter:
         def is_in() -> bool:
             return self._holder(asker)[0] == holder
 
-        async def end() -> None:
+        async def end() -> Message:
             nonlocal is_over
+            closes = is_socket and not is_over
             is_over = True
-            if is_socket:
+            if closes:
                 await send({"type": "websocket.close", "code": _NOT_ALLOWED})
+            return {"type": "websocket.disconnect", "code": _NOT_ALLOWED}
+
+        async def next_of_socket() -> Message | None:
+            """Wait for a message while the holder is in, and for what may be said last."""
+            while is_in():
+                with suppress(TimeoutError):
+                    async with asyncio.timeout(_LOOK_S):
+                        return await receive()
+            with suppress(TimeoutError):
+                async with asyncio.timeout(_LAST_WORDS_S):
+                    return await receive()
+            return None
 
         async def receive_in() -> Message:
-            message = await receive()
+            message = await (next_of_socket() if is_socket else receive())
+            if message is None:
+                return await end()
             is_whole = message["type"] == "http.request" and not message.get("more_body")
             if is_whole and self._admit and not is_in():
                 self._admit(asker, self._holder(asker)[0])
             if message["type"] == "websocket.receive" and not is_in():
-                await end()
-                return {"type": "websocket.disconnect", "code": _NOT_ALLOWED}
+                return await end()
             return message
 
         async def send_in(message: Message) -> None:
-            nonlocal out_since_s
+            nonlocal out_since_s, is_over
             if message["type"] in _PARTS and not is_over and not is_in():
                 now_s = self._settings.clock()
                 if out_since_s is None:
@@ -189,6 +205,7 @@ class RequestFilter:
                     await end()
             if is_over:
                 raise OSError
+            is_over = message["type"] == "websocket.close"
             await send(message)
 
         return receive_in, send_in

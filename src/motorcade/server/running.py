@@ -204,7 +204,8 @@ class PageConnection(asyncio.Protocol):
         return self._works > 0
 
     def drop(self) -> None:
-        if self._line:
+        # A line that was closed while bytes waited, and is lost, can't be aborted.
+        if self._line and not self._lost.is_set():
             self._line.abort()
 
     # What the socket brings.

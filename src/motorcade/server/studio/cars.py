@@ -58,6 +58,8 @@ class CarList:
                     page.put(now)
                 shown = now
                 await asyncio.sleep(_EVERY_S)
+            page.close()
+            await asyncio.Event().wait()
 
         async with accepted(socket, self._settings, (CarsShown,)) as page, self._looking():
             await page.serve(CarsOrder, self._obey, [partial(show, page)])
