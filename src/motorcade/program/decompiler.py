@@ -14,6 +14,7 @@ from motorcade.program.parts import (
     control_word,
     durations_in,
     durations_of,
+    lasting,
     parts_of,
     slice_of,
     step_in,
@@ -178,7 +179,7 @@ def _plain_followers(image: Image, profile: Profile, dwells_of: Callable[..., in
         dwells = dwells_of(image.followers[position:], dwell_ms, profile)
         step = step_in(word, profile.durations_ms, dwells * dwell_ms)
         if dwells_of is _driven_through and dwells > 1:
-            step = _lasting(step, dwells * dwell_ms)
+            step = lasting(step, dwells * dwell_ms)
         elif image.tagged and max(durations_in(word, profile.durations_ms)) < dwell_ms:
             step = _resting(step, dwell_ms)
         steps.append(step)
@@ -215,18 +216,12 @@ def _driven_through(words: Sequence[int], dwell_ms: int, profile: Profile) -> in
     return max(1, len(list(takewhile(goes_on, words))))
 
 
-def _lasting(step: Step, duration_ms: int) -> Step:
-    """Return the same step, of a kind that has seconds, with another duration."""
-    changes: dict[str, Any] = {"seconds": to_seconds(duration_ms)}
-    return replace(step, **changes)
-
-
 def _resting(step: Step, dwell_ms: int) -> Step:
     """Return a step like that of a tagged word shorter than its dwell: parts that stand still last for the dwell."""
     if isinstance(step, WaitStep | AccompanyingStep):
-        return _lasting(step, dwell_ms)
+        return lasting(step, dwell_ms)
     if isinstance(step, TogetherStep):
-        parts = (_lasting(part, dwell_ms) if isinstance(part, WaitStep) else part for part in step.steps)
+        parts = (lasting(part, dwell_ms) if isinstance(part, WaitStep) else part for part in step.steps)
         return TogetherStep(tuple(parts))
     return step
 

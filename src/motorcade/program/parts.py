@@ -211,6 +211,14 @@ def to_seconds(duration_ms: int) -> float:
     return duration_ms / 1000
 
 
+def lasting(step: Step, duration_ms: int | None) -> Step:
+    """Return the same step, of a kind that has seconds, with another duration, or with none."""
+    changes: dict[str, Any] = {"seconds": None}
+    if duration_ms is not None:
+        changes["seconds"] = to_seconds(duration_ms)
+    return replace(step, **changes)
+
+
 @lru_cache(maxsize=4096)
 def to_ms(seconds: float) -> int | None:
     """Return ``seconds`` in milliseconds; None where that is no whole number."""

@@ -37,7 +37,7 @@ from motorcade.program.flow_steps import (
     TellStep,
 )
 from motorcade.program.fragments import drawn_below
-from motorcade.program.parts import step_in
+from motorcade.program.parts import lasting, step_in, to_ms
 from motorcade.program.steps import (
     AccompanyingStep,
     RepeatStep,
@@ -324,32 +324,33 @@ class Structure:
         """Return the step of several states; its parts go on from one to the next."""
         made = [step_in(self._words[state], self._levels_ms) for state in states]
         first = made[0]
-        parts = _parts_of(first)
-        seconds: dict[str, float | None] = {}
-        for part in parts:
-            total = 0.0
-            for step in made:
-                same = [other for other in _parts_of(step) if _is_same(other, part)]
-                if not same:
-                    break
-                last = getattr(same[0], "seconds", None) or 0
-                total += last
-            else:
-                if is_endless and last * 1000 == self._levels_ms[-1]:
-                    seconds[part.group] = None
-                    continue
-            seconds[part.group] = int(total) if total == int(total) else round(total, 3)
         until = self._until(self._words[states[0]])
+        if not isinstance(first, TogetherStep):
+            return replace(self._long_part(first, made, is_endless), until=until)
+        parts = []
+        for part in first.steps:
+            if not isinstance(part, AccompanyingStep):
+                part = self._long_part(part, made, is_endless)
+            parts.append(part)
+        return TogetherStep(tuple(parts), until=until)
 
-        def lasting(part: Step) -> Step:
-            changes: dict[str, Any] = {"seconds": seconds[part.group]}
-            if isinstance(first, TogetherStep) and isinstance(part, AccompanyingStep):
-                return part
-            return replace(part, **changes)
+    def _long_part(self, part: Step, made: Sequence[Step], is_endless: bool) -> Step:
+        """Return a part with the time for which it goes on through steps; without one where only a condition ends it.
 
-        if isinstance(first, TogetherStep):
-            return TogetherStep(tuple(map(lasting, first.steps)), until=until)
-        return replace(lasting(first), until=until)
+        Args:
+            made: the steps of the states in order.
+            is_endless: whether the last state goes on until the condition holds.
+        """
+        total_ms = last_ms = 0
+        for step in made:
+            same = [other for other in _parts_of(step) if _is_same(other, part)]
+            if not same:
+                return lasting(part, total_ms)
+            last_ms = to_ms(getattr(same[0], "seconds", None) or 0) or 0
+            total_ms += last_ms
+        if is_endless and last_ms == self._levels_ms[-1]:
+            return lasting(part, None)
+        return lasting(part, total_ms)
 
     def _loop(self, at: int, end: int) -> tuple[Step, int] | None:
         """Find a loop that begins at a word: for ever, or until a condition holds."""
