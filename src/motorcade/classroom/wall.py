@@ -133,9 +133,9 @@ class _Onlooker:
             self._world = world
             self._sent = {}
             shown = []
-        if world:
-            shown = [described(world.pupil, world.world, world.mat)]
-        answers.append(ClassWall(self._lists, shown))
+            if world:
+                shown = [described(world.pupil, world.world, world.mat)]
+            answers.append(ClassWall(self._lists, shown))
         if world is None:
             return answers
         for kind in (WorldHello, State, Goals, bytes):
