@@ -4,7 +4,7 @@ import { afterEach, beforeAll, beforeEach, describe, expect, it } from "vitest";
 import texts from "virtual:texts/studio";
 import { connectTo } from "../api/service";
 import { PlayedStream } from "../api/testStream";
-import type { CompileAnswer } from "../generated/messages";
+import type { CompiledBlocks } from "../api/types";
 import { startTexts } from "../i18n";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
@@ -24,7 +24,7 @@ beforeEach(() => {
   useSettings.setState({ port: null, uploaded: false });
   useStudio.setState({
     capabilities: { serial_ports: true, cars: "" } as never,
-    compiled: { image: "AAAA" } as CompileAnswer,
+    compiled: { image: "AAAA" } as CompiledBlocks,
   });
 });
 afterEach(cleanup);
@@ -66,7 +66,7 @@ describe("an upload to a car", () => {
   });
 
   it("waits for blocks without mistakes; the car can still be read", async () => {
-    useStudio.setState({ compiled: { image: null } as CompileAnswer });
+    useStudio.setState({ compiled: { image: null } as CompiledBlocks });
     render(<UploadDialog />);
     expect(screen.getByText(/First correct the problems/)).toBeTruthy();
     await waitFor(() => expect(screen.getByRole("button", { name: "Read back" }).matches(":disabled")).toBe(false));
