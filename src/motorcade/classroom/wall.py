@@ -134,7 +134,7 @@ class _Onlooker:
             self._sent = {}
             shown = []
             if world:
-                shown.append(described(world.pupil, world.world, world.mat))
+                shown = [described(world.pupil, world.world, world.mat)]
             answers.append(ClassWall(self._lists, shown))
         if world is None:
             return answers

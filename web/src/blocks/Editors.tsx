@@ -120,7 +120,7 @@ function EditorBar({ followed }: { followed: boolean }) {
   return (
     <div className={css.bar}>
       <ToggleButtonGroup
-        className={css.names}
+        className="row tight"
         aria-label={t("editors.which")}
         disallowEmptySelection
         selectedKeys={[editor]}

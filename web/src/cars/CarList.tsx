@@ -6,6 +6,7 @@ import type { CarRow, CarsAnswer, CarsOrder, CarsShown, Sentence } from "../gene
 import { inLanguage, type KeyIn, useTexts } from "../i18n";
 import { Icon } from "../ui/icons";
 import { Action, Problem, Tick } from "../ui/page";
+import { classes } from "../ui/classes";
 import css from "./cars.module.css";
 
 interface CarListProps {
@@ -115,7 +116,7 @@ function Row({ car, ticked, onTick, onBlink }: RowProps) {
   return (
     <li className={css.car} data-away={car.away}>
       <input type="checkbox" aria-label={t("tick", { name: car.name })} checked={ticked} disabled={!isCar} onChange={onTick} />
-      <span className={css.dot} data-away={car.away} aria-hidden />
+      <span className={classes("dot rigid", css.dot)} data-away={car.away} aria-hidden />
       <span className={css.about}>
         <b>{car.name}</b>
         <small className="quiet">{about.join(" · ")}</small>

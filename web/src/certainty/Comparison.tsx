@@ -73,7 +73,7 @@ export function Comparison({ names, onClose }: ComparisonProps) {
             </TextButton>
             <Slider className={css.slider} aria-label={t("compare.time")} minValue={0} maxValue={endMs} step={100} value={tMs} onChange={(to) => trials.show(to)}>
               <SliderTrack className={fields.track}>
-                {difference.kind !== "none" && <span className={css.mark} style={{ "--at": difference.t_ms / Math.max(1, endMs) } as CSSProperties} />}
+                {difference.kind !== "none" && <span className={css.parting} style={{ "--at": difference.t_ms / Math.max(1, endMs) } as CSSProperties} />}
                 <SliderThumb className={fields.thumb} />
               </SliderTrack>
             </Slider>

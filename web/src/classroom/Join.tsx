@@ -136,7 +136,7 @@ export function Join() {
       return (
         <Card me={me} title="hello">
           <p>{t("yourNumber")}</p>
-          <p className={css.number}>{me.number}</p>
+          <p className="digits">{me.number}</p>
           {goOn}
         </Card>
       );
@@ -164,7 +164,7 @@ export function Join() {
   };
   return (
     <Page title={titleOr(about?.title, t("joinTitle"))} className={css.narrow}>
-      {about && !about.is_open && !about.me && <p className={css.notice}>{t("closed")}</p>}
+      {about && !about.is_open && !about.me && <p className="caution">{t("closed")}</p>}
       <Problem text={about && !about.me && !checked ? "" : problem} />
       {body()}
       <p>

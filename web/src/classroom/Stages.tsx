@@ -152,7 +152,7 @@ export function AllStages({ pupils, mat }: { pupils: readonly PupilRow[]; mat: M
     for (const tile of list.current?.children ?? []) observer.observe(tile);
     return () => observer.disconnect();
   }, [key, list]);
-  if (wall && shown.length === 0 && !shared) return <p className={css.notice}>{t("wallEmpty")}</p>;
+  if (wall && shown.length === 0 && !shared) return <p className="caution">{t("wallEmpty")}</p>;
   return (
     <ul ref={list} className={css.tiles} style={{ "--columns": columns } as React.CSSProperties}>
       {shared && (

@@ -75,7 +75,7 @@ function SignedIn({ onSignedOut }: { onSignedOut: () => void }) {
   );
   return (
     <Page title={titleOr(view?.title, t("teacherTitle"))} tools={tools} className={css.wide}>
-      {!open && view && <p className={css.notice}>{t("linkLost")}</p>}
+      {!open && view && <p className="caution">{t("linkLost")}</p>}
       <Problem text={problem} />
       {view?.disk && <Problem text={inLanguage(view.disk)} />}
       <nav className={css.parts} aria-label={t("teacherTitle")}>

@@ -34,7 +34,7 @@ export function HowToJoin({ view, canChange = false }: { view: ClassView; canCha
         <>
           <img className={css.qrCode} src={`data:image/svg+xml,${encodeURIComponent(found.qr_code)}`} alt={t("qrCode")} />
           <div>
-            <p className={css.number}>{found.code}</p>
+            <p className="digits">{found.code}</p>
             <ul>
               {found.local_name && <li className={css.address}>{found.local_name}</li>}
               {found.addresses.map((address, place) => (

@@ -113,7 +113,7 @@ function Pupil({ pupil }: { pupil: PupilRow }) {
 export function PupilsPart({ view }: { view: ClassView }) {
   const t = useTexts("class");
   const here = view.pupils.filter(({ online }) => online).length;
-  if (view.pupils.length === 0) return <p className={css.notice}>{t("nobodyYet", { code: view.code })}</p>;
+  if (view.pupils.length === 0) return <p className="caution">{t("nobodyYet", { code: view.code })}</p>;
   return (
     <section aria-label={t("pupils")}>
       <p role="status">{t("hereCount", { here, all: view.pupils.length })}</p>

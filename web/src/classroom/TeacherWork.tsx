@@ -92,7 +92,7 @@ export function HandOutPart({ view }: { view: ClassView }) {
   const choose = (id: string, chosen: boolean) => setTo(chosen ? [...to, id] : to.filter((each) => each !== id));
   return (
     <section className={css.columns} aria-label={t("handOut")}>
-      <fieldset>
+      <fieldset className="box">
         <legend>{t("toWhom")}</legend>
         <Tick group="to" checked={to.length === 0} onChange={() => setTo([])}>
           {t("toAll")}

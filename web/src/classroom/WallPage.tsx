@@ -82,12 +82,12 @@ function LargeWorld({ path, label, names, playable = false }: LargeProps) {
   const nameOf = useCallback((car: number) => key.split("\n")[world?.leads.indexOf(car) ?? -1], [key, world]);
   return (
     <section className={css.large}>
-      {!open && <p className={css.notice}>{t("linkLost")}</p>}
-      {refused && <p className={css.notice}>{inLanguage(refused)}</p>}
+      {!open && <p className="caution">{t("linkLost")}</p>}
+      {refused && <p className="caution">{inLanguage(refused)}</p>}
       {world ? (
         <WorldCanvas world={world} label={label} nameOf={nameOf} tiles={tiles} />
       ) : (
-        <p className={css.notice}>{t("noWorldYet")}</p>
+        <p className="caution">{t("noWorldYet")}</p>
       )}
       {goals && (
         <ul className={css.goals}>
@@ -121,14 +121,14 @@ function WallPage() {
   if (id === null)
     return (
       <Page title={titleOr(view?.title, t("wallTitle"))} tools={<b className={css.code}>{view?.code}</b>} className={css.wide}>
-        {view && !open && <p className={css.notice}>{t("linkLost")}</p>}
+        {view && !open && <p className="caution">{t("linkLost")}</p>}
         {view && <AllStages pupils={view.pupils} mat={view.mat} />}
         {view?.pupils.length === 0 && <HowToJoin view={view} />}
       </Page>
     );
   return (
     <Page title={pupil ? t("stageOf", { name: pupil.name }) : t("wallTitle")} tools={<a href="/wall">{t("allStages")}</a>} className={css.wide}>
-      {view && !pupil && <p className={css.notice}>{t("pupilGone")}</p>}
+      {view && !pupil && <p className="caution">{t("pupilGone")}</p>}
       {pupil && (
         <div className={css.shown}>
           <LargeWorld path={`/api/teacher/watch?pupil=${encodeURIComponent(pupil.id)}`} label={t("stageOf", { name: pupil.name })} />
@@ -161,10 +161,10 @@ function MatPage() {
   const title = view && view.mat.state !== "closed" ? inLanguage(view.mat.title) : t("matTitle");
   return (
     <Page title={title} tools={<b className={css.code}>{view?.code}</b>} className={css.wide}>
-      {view?.mat.state === "closed" && <p className={css.notice}>{t("matClosed")}</p>}
+      {view?.mat.state === "closed" && <p className="caution">{t("matClosed")}</p>}
       {view?.mat.state === "collecting" && (
         <>
-          <p className={css.notice} aria-live="polite">
+          <p className="caution" aria-live="polite">
             {t("matCollecting", { count: entries.length, places: view.mat.places })}
           </p>
           <ul className={css.names}>

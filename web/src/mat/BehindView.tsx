@@ -5,7 +5,6 @@ import { eyeBehind, paintBehind } from "./behind";
 import { shortestTurn } from "./motion";
 import type { Scene } from "./scene";
 import { chasedCar, useMat } from "./store";
-import css from "./mat.module.css";
 
 /** In this time the camera turns most of the way that its car has turned. */
 const TURN_MS = 260;
@@ -48,5 +47,5 @@ function Behind({ scene, car }: { scene: Scene; car: number }) {
   }, [scene, car]);
 
   const label = t(leads ? "mat.chasingLeader" : "mat.chasing", { number: car });
-  return <canvas className={css.chase} data-part="chase" ref={host} role="img" aria-label={label} />;
+  return <canvas className="cover whole" data-part="chase" ref={host} role="img" aria-label={label} />;
 }

@@ -8,7 +8,6 @@ import type { Mat, Point } from "./document";
 import { paint, type View, viewOf } from "./painter";
 import type { Mark } from "./shapes";
 import type { ShownZone } from "./zones";
-import css from "./picture.module.css";
 
 const CAR_M = 0.15;
 /** A car is as long as this share of its picture at least. */
@@ -75,8 +74,8 @@ export function Picture({ mat, zones = NOTHING, cars, tMs = 0, way = NOTHING, si
     return watchSize(element, draw);
   }, [mat, zones, cars, tMs, way, look]);
   return (
-    <span ref={ref} className={css.frame} style={size} aria-hidden="true" onPointerEnter={() => onPoint?.(true)} onPointerLeave={() => onPoint?.(false)}>
-      <canvas ref={canvas} className={css.picture} />
+    <span ref={ref} className="whole" style={size} aria-hidden="true" onPointerEnter={() => onPoint?.(true)} onPointerLeave={() => onPoint?.(false)}>
+      <canvas ref={canvas} className="whole" />
     </span>
   );
 }

@@ -53,7 +53,8 @@ function OwnMissions() {
   );
 }
 
-const PATHS = ["first-drive", "swarm", "words-and-bits", "leader-decides"] as const;
+/** The paths, each with the colour of its road. */
+const PATHS = [["first-drive", "leader"], ["swarm", "followers"], ["words-and-bits", "success"], ["leader-decides", "warning"]] as const;
 
 /** The map: the paths with a station for each mission. */
 export function MissionMap() {
@@ -70,8 +71,8 @@ export function MissionMap() {
         {missions ? t("missions.earned", { count: earned, most }) : t(isStarting ? "server.starting" : "app.loading")}
       </p>
       {missions &&
-        PATHS.map((path) => (
-          <section key={path} className={css.path} data-path={path} aria-label={t(`missions.paths.${path}`)}>
+        PATHS.map(([path, colour]) => (
+          <section key={path} className={css.path} style={{ "--road": `var(--${colour})` } as CSSProperties} aria-label={t(`missions.paths.${path}`)}>
             <h3>{t(`missions.paths.${path}`)}</h3>
             <Road missions={missions.filter((each) => each.path === path)} />
           </section>

@@ -86,7 +86,7 @@ function Task({ mission }: { mission: Mission }) {
       <div role="status" className={css.outcome}>
         {result && <Outcome mission={mission} stars={stars} />}
         {mission.hints.slice(0, hints).map((hint, k) => (
-          <p key={k} className={css.hint}>
+          <p key={k} className="caution">
             {t("missions.hint", { number: k + 1 })} {inLanguage(hint)}
           </p>
         ))}

@@ -49,7 +49,7 @@ function Entry({ project: { name, saved_at, versions }, onDeleted }: { project: 
     onDeleted();
   };
   return (
-    <li >
+    <li>
       <div className="row">
         <Button className={classes("pick", css.libraryOpen)} onPress={() => void attempt(() => openSaved(name))}>
           <b>{name}</b>

@@ -22,7 +22,7 @@ function Hand({ raised }: { raised: boolean }) {
   const t = useTexts();
   return (
     <Button
-      className={classes(buttons.button, buttons.small, css.hand)}
+      className={classes(buttons.button, buttons.small)}
       aria-pressed={raised}
       onPress={() => void attemptInClass(() => askClass("hand", { raised: !raised }))}
     >
@@ -184,7 +184,7 @@ export function PupilBar() {
       {shown === "number" && (
         <Sheet title={me.name} onClose={() => show(null)}>
           <p>{t("pupil.number")}</p>
-          <p className={css.number}>{me.number}</p>
+          <p className="digits">{me.number}</p>
           <TextButton onPress={leave}>{t("pupil.leave")}</TextButton>
         </Sheet>
       )}

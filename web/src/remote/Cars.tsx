@@ -103,8 +103,8 @@ export function Notices({ car }: { car: string | null }) {
         )}
       </p>
       <div role="log">
-        {!open && <p className={css.notice} data-wrong>{t("lostAbout")}</p>}
-        {telemetry?.why && <p className={css.notice} data-wrong>{inLanguage(telemetry.why)}</p>}
+        {!open && <p className={css.notice} data-tone="error">{t("lostAbout")}</p>}
+        {telemetry?.why && <p className={css.notice} data-tone="error">{inLanguage(telemetry.why)}</p>}
         {telemetry?.paused && (
           <p className={css.notice}>
             {t("paused")}
@@ -112,15 +112,15 @@ export function Notices({ car }: { car: string | null }) {
           </p>
         )}
         {telemetry?.obstacle_mm != null && (
-          <p className={css.notice} data-wrong>
+          <p className={css.notice} data-tone="error">
             {t("obstacle", { distance: Math.round(telemetry.obstacle_mm / 10) })}
           </p>
         )}
         {others && <p className={css.notice}>{telemetry.you.waits ? t("waits") : othersDrive}</p>}
         {telemetry?.you.drives && telemetry.wanted_by !== null && <p className={css.notice}>{t("wanted")}</p>}
-        {telemetry?.last_fault && <p className={css.notice} data-wrong>{t("fault", { fault: telemetry.last_fault })}</p>}
+        {telemetry?.last_fault && <p className={css.notice} data-tone="error">{t("fault", { fault: telemetry.last_fault })}</p>}
         {problem && (
-          <p className={css.notice} data-wrong>
+          <p className={css.notice} data-tone="error">
             {inLanguage(problem)}
             <Action onClick={() => useRemote.setState({ problem: null })}>{t("dismiss")}</Action>
           </p>

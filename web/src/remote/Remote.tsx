@@ -34,10 +34,11 @@ function LinkState() {
   const worst = Math.round(Math.max(roundTripMs ?? 0, silenceMs > WEAK_MS ? silenceMs : 0));
   const kind = !open ? "lost" : worst > WEAK_MS ? "weak" : "good";
   const texts = { lost: t("linkLost"), weak: t("linkWeak", { ms: worst }), good: roundTripMs === null ? t("linkIdle") : t("linkGood", { ms: Math.round(roundTripMs) }) };
+  const tones = { lost: "error", weak: "warning", good: undefined };
   const text = texts[kind];
   return (
-    <p className={classes("row figures", css.linkState)} data-kind={kind} aria-label={`${t("link")}: ${text}`} role="img">
-      <span className={css.dot} />
+    <p className={classes("row figures", css.linkState)} data-tone={tones[kind]} aria-label={`${t("link")}: ${text}`} role="img">
+      <span className="dot" />
       {text}
     </p>
   );

@@ -156,7 +156,7 @@ function OneCar() {
           {({ percentage }) => (
             <>
               <Label>{t(progress.of ? "upload.sending" : "upload.waiting", { sent: progress.sent, of: progress.of })}</Label>
-              <span className={css.progressBar}>
+              <span className="gauge">
                 <span style={{ width: `${percentage ?? 30}%` }} />
               </span>
               {progress.retry && <p className="quiet">{inLanguage(progress.retry.sentence)}</p>}

@@ -8,6 +8,7 @@ import { shownDecisions, useMat } from "../mat/store";
 import { usePython } from "../python/text";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
+import { classes } from "../ui/classes";
 import { usePrinting, useScroll } from "../ui/panes";
 import { bitsOf, blockOf, colourOf, fieldsOf, hasBlockIn, isLit, isNarrow, spansOf, fieldMeaning } from "./bits";
 import { Counters } from "./Counters";
@@ -83,7 +84,7 @@ const WordRow = memo(function WordRow(props: WordRowProps) {
   }, [place]);
 
   return (
-    <div role="row" aria-rowindex={index + 1} className={css.word} data-part={word.part} data-hex={word.hex.toUpperCase()} ref={row}>
+    <div role="row" aria-rowindex={index + 1} className={css.word} style={{ "--part": `var(--${word.part})` } as CSSProperties} data-hex={word.hex.toUpperCase()} ref={row}>
       <span role="rowheader" className={css.name}>
         <span className={css.index}>{index}</span>
         <span className={css.story}>{storyOf(word, profile)}</span>
@@ -225,7 +226,7 @@ export function WordTable({ words, profile }: { words: readonly CompiledWord[]; 
         </div>
       </div>
       <Counters />
-      <p className={css.detail} aria-hidden="true">
+      <p className={classes("unprinted", css.detail)} aria-hidden="true">
         <b>{t("words.word", { index: row })}</b> {fieldMeaning(word, field, profile)}
       </p>
     </>

@@ -1,3 +1,4 @@
+import type { CSSProperties } from "react";
 import { Button, Label, Meter } from "react-aria-components";
 import type { Costliest, EditorName } from "../api/types";
 import { findText, showBlock } from "../blocks/workspaces";
@@ -17,15 +18,15 @@ function Gauge({ editor, used, most, costliest }: { editor: EditorName; used: nu
   const near = used >= most * NEAR;
   const block = costliest?.block;
   return (
-    <div className={css.gauge} data-level={used > most ? "over" : near ? "near" : "fine"}>
+    <div className={css.gauge} data-tone={used > most ? "error" : near ? "warning" : undefined}>
       <Meter value={Math.min(used, most)} maxValue={most} valueLabel={t("words.used", { used, most })}>
         {({ percentage, valueText }) => (
           <>
             <Label>{t(`words.${editor}Used`)}</Label>
             <span className={css.gaugeBar}>
-              <span className={css.gaugeFill} data-editor={editor} style={{ width: `${percentage}%` }} />
+              <span style={{ width: `${percentage}%`, "--accent": `var(--${editor})` } as CSSProperties} />
             </span>
-            <span className={css.gaugeValue}>{valueText}</span>
+            <span className={classes("figures", css.gaugeValue)}>{valueText}</span>
           </>
         )}
       </Meter>
