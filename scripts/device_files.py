@@ -43,7 +43,7 @@ def _positions() -> str:
     """Return the module of numbers that a car needs of the formats."""
     control = _lowest_bits(CONTROL, "reserved", "parity")
     state = _lowest_bits(STATE, "flow", "reserved", *(field.name for field in CONTROL.fields))
-    flow = _lowest_bits(FLOW, "flow", "reserved", "unused")
+    flow = _lowest_bits(FLOW, "flow", "reserved", "unused", part_bits=16)
     unused = CONTROL.reserved_mask | CONTROL.field("parity").word_mask
     return formatted(f'''"""Where the fields of words are, as numbers: a car needs no more of the formats.
 
@@ -52,8 +52,10 @@ Portable. Written by scripts/generate.py from `motorcade.words.formats`; don't e
 
 # The lowest bit of each field of a control word.
 {control}
-# The same of what ends a state of a leader that decides, and of a flow word.
+# The same of what ends a state of a leader that decides.
 {state}
+# The same of a flow word, in its upper half (up to the condition) or its lower half, of 16 bits each: a chip is slow
+# with integers from 2^30 up.
 {flow}
 # The bits of a control word that are 0 in an image.
 UNUSED_BITS = 0x{unused:08X}
@@ -67,10 +69,10 @@ DRIVE_NEUTRAL = 0x{DRIVE.encode(angle=90, direction=1, speed=0):08X}
 ''')
 
 
-def _lowest_bits(word_format: WordFormat, *others: str) -> str:
-    """Return a line with the lowest bit of each field, except the ``others``."""
+def _lowest_bits(word_format: WordFormat, *others: str, part_bits: int = 32) -> str:
+    """Return a line with the lowest bit of each field in its part of ``part_bits``, except the ``others``."""
     fields = [field for field in word_format.fields if field.name not in others]
-    return "\n".join(f"{field.name.upper()}_AT = {field.low}" for field in fields)
+    return "\n".join(f"{field.name.upper()}_AT = {field.low % part_bits}" for field in fields)
 
 
 def _senses() -> str:

@@ -81,14 +81,15 @@ def test_both_languages_show_the_same_code(page):
     assert [block.code for block in blocks_of(translated(page))] == [block.code for block in blocks_of(page)]
 
 
-def test_a_chinese_page_leads_to_chinese_pages():
-    english = []
+def test_a_chinese_page_leads_to_chinese_pages_and_to_its_own_in_english():
+    wrong = []
     for page in (*DOCS.rglob("*.zh.md"), ROOT / "README.zh.md"):
-        for link in re.findall(r"\]\(([^)#\s:]+\.md)", page.read_text(encoding="utf-8")):
+        for text, link in re.findall(r"\[([^]]*)\]\(([^)#\s:]+\.md)", page.read_text(encoding="utf-8")):
             target = page.parent / link
-            if not link.endswith(".zh.md") and translated(target).exists():
-                english.append(f"{page.name}: {link}")
-    assert english == []
+            is_chinese = link.endswith(".zh.md")
+            if is_chinese if text == "English" else not is_chinese and translated(target).exists():
+                wrong.append(f"{page.name}: {link}")
+    assert wrong == []
 
 
 @pytest.mark.parametrize("page", [DOCS / "profiles.md", DOCS / "profiles.zh.md"], ids=lambda page: page.name)

@@ -154,8 +154,10 @@ function pyodide(): Plugin {
 /** What is fetched only when the page's script runs, yet every stage needs it. */
 const STAGE = "/mat/Stage.tsx";
 
-/** What all pages need. */
-const SHARED = /\/src\/(api|i18n|state|ui)\/|\/src\/(classroom\/ask|mat\/document|blocks\/figures)\.ts$|\/node_modules\/(react|zustand)\/|\bvite\/(modulepreload-polyfill|preload-helper)/;
+/** What several pages need. */
+const SHARED = /\/src\/(api|i18n|state)\/|\/src\/ui\/(?!files)|\/src\/(classroom\/ask|blocks\/figures|generated\/world)\.ts$|\/node_modules\/(react|react-dom|scheduler|zustand)\/|\bvite\/preload-helper/;
+/** What each page of a class needs beside its own part. */
+const OF_A_CLASS = /\/src\/classroom\/(Avatar\.tsx|attempt\.ts|class\.module\.css|secret\.ts)$/;
 
 /**
  * Names the chunk of a module: a chunk for all that only the studio's pages need, one for the stage, one for what asks, and
@@ -171,13 +173,19 @@ function chunkNames(): (module: string, graph: Rolldown.ChunkingContext) => stri
       const { importedIds = [], dynamicallyImportedIds = [] } = graph.getModuleInfo(module) ?? {};
       for (const each of [...importedIds, ...(isWhole ? dynamicallyImportedIds : [])]) add(each, name, isWhole);
     };
-    // A small page fetches the question, and React Aria with it, when it first asks something: in one piece.
-    const question = join(import.meta.dirname, "src/ui/QuestionDialog.tsx");
-    found.set(question, "kit");
+    // One file, and not one for each set of pages.
+    const joinShared = (name: string) => found.forEach((known, module) => known === null && SHARED.test(module) && found.set(module, name));
+    // A small page fetches the question, and React Aria with it, when it first asks something: in one piece. The wall
+    // fetches a pupil's blocks, and what the studio needs for them too, when it shows them.
+    const [question, blocks] = ["ui/QuestionDialog.tsx", "classroom/ShownBlocks.tsx"].map((file) => join(import.meta.dirname, "src", file)) as [string, string];
+    found.set(question, "kit").set(blocks, null);
     for (const page of ["remote", "classroom"]) add(join(import.meta.dirname, `src/${page}/main.tsx`), null, true);
+    joinShared("shared");
+    for (const module of found.keys()) if (OF_A_CLASS.test(module)) found.set(module, "classroom");
     found.delete(question);
-    // What all pages need is one file, and not one for each set of pages.
-    for (const [module, name] of found) if (name === null && SHARED.test(module)) found.set(module, "shared");
+    found.delete(blocks);
+    add(blocks, null, false);
+    joinShared("programs");
     add(question, "kit", false);
     add(join(import.meta.dirname, "src/app/App.tsx"), "studio", false);
     add(join(import.meta.dirname, "src/mat/Stage.tsx"), "stage", false);
@@ -241,6 +249,8 @@ export default defineConfig({
     outDir: "../src/motorcade/server/page",
     emptyOutDir: true,
     chunkSizeWarningLimit: 900,
+    // What it is for, every browser that runs the page's Python does by itself.
+    modulePreload: { polyfill: false },
     rolldownOptions: {
       input: PAGES,
       output: {

@@ -10,6 +10,8 @@ from pathlib import Path
 PACKAGE = Path(__file__).parent
 # The names of what is true only for a type checker.
 _FOR_TYPES = ("TYPE_CHECKING", "MYPY")
+# Only these hold imports: to look into expressions would take most of the time.
+_STATEMENTS = (ast.stmt, ast.excepthandler, ast.match_case)
 
 
 def needed_files(
@@ -47,7 +49,9 @@ def needed_files(
 def _imported(tree: ast.AST, lazily: bool) -> Iterator[str]:
     """Yield what a file imports of the package: names of modules, and of what may be a module."""
     for node in ast.iter_child_nodes(tree):
-        if isinstance(node, ast.If) and ast.unparse(node.test) in _FOR_TYPES:
+        if not isinstance(node, _STATEMENTS):
+            continue
+        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id in _FOR_TYPES:
             continue
         if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) and not lazily:
             continue

@@ -80,18 +80,16 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
     return report
 
 
-def shells_of(test: str, module: str) -> list[str]:
-    """The shells of the studio against which a test runs, by the function's name and that of the module that runs it.
+def shells_of(test: str) -> list[str]:
+    """The shells of the studio against which a test runs, by the function's name.
 
     `make soak` runs all tests of the page against a server and a site, except those that need what a site hasn't.
-    `make test` runs them against the server, and those of `test_journeys_at_site.py` against a site too;
-    `test_site.py`, `test_offline.py` and `test_same_bits.py` know the site alone.
+    `make test` runs them against the server, and ten of them in `test_site.py`, which knows the site alone, as
+    `test_offline.py` and `test_same_bits.py` do.
     """
     # Not above: conftest.py imports this file before pytest chooses the profile.
     from support.soak import SOAK
 
-    if module.endswith("test_journeys_at_site"):
-        return ["site"]
     if any(test in tests for tests in SERVER_ALONE.values()):
         return ["server"]
     return ["server", "site"] if SOAK else ["server"]
@@ -100,8 +98,7 @@ def shells_of(test: str, module: str) -> list[str]:
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """Run each test of the studio's page against the shells that `shells_of` lists for it."""
     if "shell" in metafunc.fixturenames:
-        shells = shells_of(metafunc.function.__name__, metafunc.module.__name__)
-        metafunc.parametrize("shell", shells, scope="session")
+        metafunc.parametrize("shell", shells_of(metafunc.function.__name__), scope="session")
 
 
 @pytest.fixture(scope="session")

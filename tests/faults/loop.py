@@ -4,6 +4,7 @@ Everything else is asyncio's own: the same code runs tasks, callbacks and transp
 """
 
 import asyncio
+import sys
 from asyncio import Future
 from asyncio.selector_events import BaseSelectorEventLoop
 from collections.abc import Callable, Coroutine
@@ -42,13 +43,20 @@ class SimulatedLoop(BaseSelectorEventLoop):
         """Run a coroutine in the process."""
 
         def begin() -> None:
-            # No loop runs in this thread yet.
+            # No loop runs in this thread yet. Were the hooks of another one set, this one would keep them for its end,
+            # in a tuple that the garbage collector doesn't see: whatever they refer to would stay for ever.
             asyncio.events._set_running_loop(None)
+            sys.set_asyncgen_hooks(None, None)
             assert self.world.current
             self.world.current.loop = self.world.running_loop = self
             self.run_until_complete(main())
 
         self.process.start(begin, "loop")
+
+    def enter(self) -> None:
+        """Be the loop that runs now: all loops of a world share one thread of the system."""
+        asyncio.events._set_running_loop(self)
+        sys.set_asyncgen_hooks(self._asyncgen_firstiter_hook, self._asyncgen_finalizer_hook)  # type: ignore[attr-defined]
 
     def abandon(self) -> None:
         """Forget all tasks without a word."""

@@ -13,7 +13,7 @@ from contextlib import suppress
 from hashlib import sha256
 from heapq import heappop, heappush
 from random import Random
-from typing import Any
+from typing import Any, Protocol
 
 from greenlet import GreenletExit, getcurrent, greenlet
 
@@ -33,6 +33,13 @@ class BrokenPromiseError(AssertionError):
     def __init__(self, promise: str, what: str) -> None:
         super().__init__(f"{promise}: {what}")
         self.promise = promise
+
+
+class Loop(Protocol):
+    """An event loop that runs in a thread."""
+
+    def enter(self) -> None:
+        """Be the loop that runs now."""
 
 
 class Process:
@@ -91,7 +98,7 @@ class Thread:
         self.waits = True
         self.joining: list[Thread] = []
         # The event loop that runs in it.
-        self.loop: asyncio.AbstractEventLoop | None = None
+        self.loop: Loop | None = None
         self._target = target
         self.greenlet = greenlet(self._run, process.world.hub)
 
@@ -149,7 +156,7 @@ class World:
         self._number = 0
         self.hub = getcurrent()
         self._hooks = sys.get_asyncgen_hooks()
-        self.running_loop: asyncio.AbstractEventLoop | None = None
+        self.running_loop: Loop | None = None
 
     # What happened.
 
@@ -302,7 +309,7 @@ class World:
         self.current = thread
         if thread.loop is not None and thread.loop is not self.running_loop:
             self.running_loop = thread.loop
-            asyncio.events._set_running_loop(thread.loop)
+            thread.loop.enter()
         try:
             thread.greenlet.switch(woken)
         finally:

@@ -239,7 +239,7 @@ def test_pictures_show_the_cars_in_one_size():
 
 
 def test_a_window_shows_each_step():
-    before = pyplot.get_backend()
+    before, figures_before = pyplot.get_backend(), pyplot.get_fignums()
     pyplot.switch_backend("module://support.mock_window")
     try:
         env = parallel_env(playground(), actions="wheels", render_mode="human", seconds=0.3)
@@ -249,7 +249,7 @@ def test_a_window_shows_each_step():
         assert mock_window.shown == 4
         assert env.render() is None
         env.close()
-        assert pyplot.get_fignums() == []
+        assert pyplot.get_fignums() == figures_before
     finally:
         pyplot.switch_backend(before)
 

@@ -9,7 +9,10 @@ from test_microcontroller import CLASSROOM, HEARD, PLATFORMS, on_micropython, te
 
 from motorcade.config.pins import parse_pins
 from motorcade.firmware.car_files import settings_of
+from motorcade.words.flow import CALL, CHANCE, JUMP
+from motorcade.words.formats import FLOW
 from motorcade.words.infrared import frame_durations_us, to_frame
+from motorcade.words.packing import words_to_bytes
 from motorcade.words.request import ASK, car_request, check_request
 from motorcade.words.upload import READBACK_REQUEST, ok_line
 from support.chip_benches import SMALL
@@ -21,6 +24,8 @@ LONGEST_TURN_US = 20_000
 # Its wheels stand.
 LIGHTS = to_frame(0x80480000)
 DRIVES = bytes.fromhex("01000000 26800000")
+# A function that calls itself.
+CALLS = FLOW.encode(op=CALL, target=0)
 SECONDS = 4
 FRAME_EVERY_US = 80_000
 FRAMES = 40
@@ -101,6 +106,18 @@ def test_a_follower_waits_with_an_image_until_the_air_is_free_and_loses_no_frame
     assert b"".join([ast.literal_eval(value) for what, value in outputs if what == "line"]).endswith(ok_line(LARGEST))
     assert figures["storing_us"] > 400_000
     assert figures["heard"] == before + after
+
+
+@pytest.mark.parametrize(
+    "flow",
+    [[FLOW.encode(op=JUMP, target=word + 1, condition=CHANCE, value=128) for word in range(16)], [CALLS, CALLS]],
+    ids=["chance", "calls"],
+)
+def test_a_tick_with_sixteen_flow_words_is_not_long(flow, micropython_installed):
+    image = words_to_bytes((len(flow) + 1 << 24 | 0x010103, *flow, 0x40280000, 0x80280000))
+    figures, outputs = played("rp2040", "leader", "", [[500, "upload", list(image)]], 2)
+    assert b"".join([ast.literal_eval(value) for what, value in outputs if what == "line"]) == ok_line(image)
+    assert figures["longest_us"] <= LONGEST_TURN_US
 
 
 def test_an_upload_over_the_air_arrives_whole_and_no_tick_is_long(micropython_installed):

@@ -114,6 +114,15 @@ def test_a_function_that_stays_keeps_its_text():
     assert updated.endswith("def followers():\n    forward(4)\n# the end\n")
 
 
+def test_comments_between_the_parts_of_a_step_stay_where_its_function_changes():
+    text = f"{HEAD}def leader():\n    while True:\n        together(\n            forward(2),  # go\n"
+    text += "            # and shine\n            led(1, 2),\n        )\n"
+    changed = Program([forever(together(forward(2), led(1, 2)), wait(1))])
+    updated = updated_text(text, changed)
+    assert read_python(updated).program == changed
+    assert comments_in(updated) == comments_in(text)
+
+
 def test_a_list_becomes_functions_where_the_leader_decides():
     text = f"{HEAD}# mine\nprogram = Program([wait(1)])\n"
     updated = updated_text(text, Program([wait(1), forever(forward(1))]))

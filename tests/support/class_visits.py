@@ -54,6 +54,12 @@ class ClassVisit(Watched):
         page.goto(self.base + path)
         return page
 
+    def close_windows(self) -> None:
+        """Close all pages but the first."""
+        for page in self.context.pages:
+            if page is not self.page:
+                page.close()
+
     # A pupil.
 
     def join(self, name: str, code: str, link: str = "") -> None:
@@ -165,11 +171,7 @@ def leaders_in(canvas: Locator) -> int:
 def expect_leaders(canvas: Locator, count: int) -> None:
     """Wait until a canvas shows so many leaders."""
     expect(canvas).to_be_visible()
-    for _ in range(300):
-        if leaders_in(canvas) == count:
-            return
-        canvas.page.wait_for_timeout(100)
-    assert leaders_in(canvas) == count
+    wait_until(lambda: leaders_in(canvas) == count)
 
 
 def assert_clear(page) -> None:

@@ -1236,16 +1236,18 @@ static void motorcade_decisions_look(uint8_t *d, uint8_t level, const uint32_t *
 /* Find out whether a leader word tells something, and how far it needs the ultrasonic sensor. */
 static void motorcade_decisions_survey_word(uint8_t *d, uint32_t word, const uint32_t *levels)
 {
-    if (BITS(word, 31, 255)) {
-        uint8_t op = BITS(word, MOTORCADE_POSITIONS_OP_AT, 7);
+    uint16_t upper = (uint16_t)(word >> 16);
+    uint16_t lower = (uint16_t)(word & MOTORCADE_DECISIONS_LOWER_HALF);
+    if (upper >> MOTORCADE_DECISIONS_FLOW_AT) {
+        uint16_t op = (upper >> MOTORCADE_POSITIONS_OP_AT) & 7;
         if (op == MOTORCADE_FLOW_TELL) {
             d[MOTORCADE_DECISIONS_TELLS] = 1;
-        } else if (op <= MOTORCADE_FLOW_CALL && BITS(word, MOTORCADE_POSITIONS_CONDITION_AT, 15) == MOTORCADE_FLOW_OBSTACLE) {
-            motorcade_decisions_look(d, BITS(word, MOTORCADE_POSITIONS_LEVEL_AT, 3), levels);
+        } else if (op <= MOTORCADE_FLOW_CALL && ((upper >> MOTORCADE_POSITIONS_CONDITION_AT) & 15) == MOTORCADE_FLOW_OBSTACLE) {
+            motorcade_decisions_look(d, (uint8_t)((lower >> MOTORCADE_POSITIONS_LEVEL_AT) & 3), levels);
         }
     } else {
-        if (BITS(word, MOTORCADE_POSITIONS_UNTIL_AT, 15) == MOTORCADE_FLOW_OBSTACLE) {
-            motorcade_decisions_look(d, BITS(word, MOTORCADE_POSITIONS_UNTIL_LEVEL_AT, 3), levels);
+        if (((lower >> MOTORCADE_POSITIONS_UNTIL_AT) & 15) == MOTORCADE_FLOW_OBSTACLE) {
+            motorcade_decisions_look(d, (uint8_t)((lower >> MOTORCADE_POSITIONS_UNTIL_LEVEL_AT) & 3), levels);
         }
         if (BITS(word, MOTORCADE_POSITIONS_AVOID_ENABLE_AT, 1)) {
             motorcade_decisions_look(d, BITS(word, MOTORCADE_POSITIONS_AVOID_RADIUS_AT, 3), levels);
@@ -1311,10 +1313,9 @@ uint8_t motorcade_decisions_running_until(uint32_t *s)
     return BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_POSITIONS_UNTIL_AT, 15);
 }
 
-/* Return 1 where a condition holds, else 0; `word` has the counter and the value, where it needs them. */
-uint8_t motorcade_decisions_is_met(uint32_t *s, uint8_t *d, uint8_t condition, uint8_t level, uint32_t word, const struct motorcade_senses *senses, const uint32_t *levels)
+/* Return 1 where a condition holds, else 0; a flow word's lower half has the counter and the value. */
+uint8_t motorcade_decisions_is_met(uint32_t *s, uint8_t *d, uint8_t condition, uint8_t level, uint16_t lower, const struct motorcade_senses *senses, const uint32_t *levels)
 {
-    uint8_t value = BITS(word, MOTORCADE_POSITIONS_VALUE_AT, 255);
     if (condition == MOTORCADE_FLOW_OBSTACLE) {
         return senses->obstacle_mm < levels[(uint32_t)MOTORCADE_BRAIN_AVOID_RADII_MM + level] ? 1 : 0;
     }
@@ -1331,10 +1332,11 @@ uint8_t motorcade_decisions_is_met(uint32_t *s, uint8_t *d, uint8_t condition, u
         /* The levels left, right and both are the sensors that have to be over dark floor. */
         return (senses->dark_floor & level) == level ? 1 : 0;
     }
+    uint8_t value = (uint8_t)((lower >> MOTORCADE_POSITIONS_VALUE_AT) & 255);
     if (condition == MOTORCADE_FLOW_CHANCE) {
         return BITS(motorcade_brain_draw(s), 24, 255) < value ? 1 : 0;
     }
-    uint8_t counted = d[(uint32_t)MOTORCADE_DECISIONS_COUNTS + BITS(word, MOTORCADE_POSITIONS_COUNTER_AT, 3)];
+    uint8_t counted = d[(uint32_t)MOTORCADE_DECISIONS_COUNTS + ((lower >> MOTORCADE_POSITIONS_COUNTER_AT) & 3)];
     if (level == MOTORCADE_FLOW_IS) {
         return counted == value ? 1 : 0;
     }
@@ -1351,17 +1353,40 @@ uint8_t motorcade_decisions_ends_early(uint32_t *s, uint8_t *d, const struct mot
     if (until == MOTORCADE_FLOW_ALWAYS) {
         return 0;
     }
-    uint32_t word = s[MOTORCADE_BRAIN_WORD];
-    uint8_t holds = motorcade_decisions_is_met(s, d, until, BITS(word, MOTORCADE_POSITIONS_UNTIL_LEVEL_AT, 3), word, senses, levels);
-    return holds != BITS(word, MOTORCADE_POSITIONS_UNTIL_NOT_AT, 1) ? 1 : 0;
+    uint16_t lower = (uint16_t)(s[MOTORCADE_BRAIN_WORD] & MOTORCADE_DECISIONS_LOWER_HALF);
+    uint8_t holds = motorcade_decisions_is_met(s, d, until, (uint8_t)((lower >> MOTORCADE_POSITIONS_UNTIL_LEVEL_AT) & 3), lower, senses, levels);
+    return holds != ((lower >> MOTORCADE_POSITIONS_UNTIL_NOT_AT) & 1) ? 1 : 0;
+}
+
+/* Remember where a call goes on; of more than MOST_CALLS the oldest is forgotten. */
+static void motorcade_decisions_remember(uint8_t *d, uint8_t index)
+{
+    uint8_t place = (uint8_t)(((uint32_t)d[MOTORCADE_DECISIONS_LAST_CALL] + 1) % MOTORCADE_DECISIONS_MOST_CALLS);
+    d[MOTORCADE_DECISIONS_LAST_CALL] = place;
+    d[(uint32_t)MOTORCADE_DECISIONS_RETURNS + place] = index;
+    if (d[MOTORCADE_DECISIONS_CALLS] < MOTORCADE_DECISIONS_MOST_CALLS) {
+        d[MOTORCADE_DECISIONS_CALLS] = (uint8_t)((uint32_t)d[MOTORCADE_DECISIONS_CALLS] + 1);
+    }
+}
+
+/* Return the index at which the last call goes on; without a call that of the first word. */
+static uint8_t motorcade_decisions_return(uint8_t *d)
+{
+    if (d[MOTORCADE_DECISIONS_CALLS] == 0) {
+        return 0;
+    }
+    d[MOTORCADE_DECISIONS_CALLS] = (uint8_t)((uint32_t)d[MOTORCADE_DECISIONS_CALLS] - 1);
+    uint8_t place = d[MOTORCADE_DECISIONS_LAST_CALL];
+    d[MOTORCADE_DECISIONS_LAST_CALL] = (uint8_t)(((uint32_t)place + MOTORCADE_DECISIONS_MOST_CALLS - 1) % MOTORCADE_DECISIONS_MOST_CALLS);
+    return d[(uint32_t)MOTORCADE_DECISIONS_RETURNS + place];
 }
 
 /* Execute a count: set or change one of the counters. */
-static void motorcade_decisions_count(uint32_t *s, uint8_t *d, uint32_t word)
+static void motorcade_decisions_count(uint32_t *s, uint8_t *d, uint16_t lower)
 {
-    uint32_t place = (uint32_t)MOTORCADE_DECISIONS_COUNTS + BITS(word, MOTORCADE_POSITIONS_COUNTER_AT, 3);
-    uint8_t how = BITS(word, MOTORCADE_POSITIONS_LEVEL_AT, 3);
-    uint8_t value = BITS(word, MOTORCADE_POSITIONS_VALUE_AT, 255);
+    uint8_t place = (uint8_t)((uint32_t)MOTORCADE_DECISIONS_COUNTS + ((lower >> MOTORCADE_POSITIONS_COUNTER_AT) & 3));
+    uint16_t how = (lower >> MOTORCADE_POSITIONS_LEVEL_AT) & 3;
+    uint8_t value = (uint8_t)((lower >> MOTORCADE_POSITIONS_VALUE_AT) & 255);
     if (how == MOTORCADE_FLOW_SET) {
         d[place] = value;
     } else if (how == MOTORCADE_FLOW_RANDOM) {
@@ -1375,13 +1400,12 @@ static void motorcade_decisions_count(uint32_t *s, uint8_t *d, uint32_t word)
 }
 
 /* Execute a tell: ask for a slot; of several tells that wait the last one counts. */
-static void motorcade_decisions_tell(uint8_t *d, uint32_t word, const struct motorcade_image *image)
+static void motorcade_decisions_tell(uint8_t *d, uint8_t target, uint8_t value, const struct motorcade_image *image)
 {
-    uint8_t target = BITS(word, MOTORCADE_POSITIONS_TARGET_AT, 255);
     uint8_t turns = 0;
     if (target == MOTORCADE_FLOW_IN_TURN) {
         target = 0;
-        turns = BITS(word, MOTORCADE_POSITIONS_VALUE_AT, 255);
+        turns = value;
         if (turns == 0) {
             turns = BITS(motorcade_image_word(image, 0), 16, 255);
         }
@@ -1391,93 +1415,76 @@ static void motorcade_decisions_tell(uint8_t *d, uint32_t word, const struct mot
     d[MOTORCADE_DECISIONS_TOLD_TURNS] = turns;
 }
 
-/* Go on where the last call asks for it; without one with the first word. */
-static void motorcade_decisions_return(uint8_t *d)
+/* Execute a flow word, given as its halves. Return the index of the next word; `behind` is that behind it. */
+static uint8_t motorcade_decisions_execute(uint32_t *s, uint8_t *d, uint16_t upper, uint16_t lower, uint8_t behind, const struct motorcade_image *image, const struct motorcade_senses *senses, const uint32_t *levels)
 {
-    d[MOTORCADE_DECISIONS_NEXT] = 0;
-    if (d[MOTORCADE_DECISIONS_CALLS] > 0) {
-        d[MOTORCADE_DECISIONS_CALLS] = (uint8_t)((uint32_t)d[MOTORCADE_DECISIONS_CALLS] - 1);
-        d[MOTORCADE_DECISIONS_NEXT] = d[MOTORCADE_DECISIONS_RETURNS];
-        const uint32_t i_end = (uint32_t)MOTORCADE_DECISIONS_MOST_CALLS - 1;
-        for (uint32_t i = 0; i < i_end; i++) {
-            d[MOTORCADE_DECISIONS_RETURNS + i] = d[MOTORCADE_DECISIONS_RETURNS + i + 1];
+    uint16_t op = (upper >> MOTORCADE_POSITIONS_OP_AT) & 7;
+    uint8_t target = (uint8_t)((upper >> MOTORCADE_POSITIONS_TARGET_AT) & 255);
+    if (op <= MOTORCADE_FLOW_CALL) {
+        uint16_t condition = (upper >> MOTORCADE_POSITIONS_CONDITION_AT) & 15;
+        if (condition != MOTORCADE_FLOW_ALWAYS) {
+            uint8_t holds = motorcade_decisions_is_met(s, d, (uint8_t)condition, (uint8_t)((lower >> MOTORCADE_POSITIONS_LEVEL_AT) & 3), lower, senses, levels);
+            if (holds == ((lower >> MOTORCADE_POSITIONS_IF_NOT_AT) & 1)) {
+                return behind;
+            }
         }
-    }
-}
-
-/* Return 1 where the condition of a jump or a call asks for it now, else 0. */
-static uint8_t motorcade_decisions_is_taken(uint32_t *s, uint8_t *d, uint32_t word, const struct motorcade_senses *senses, const uint32_t *levels)
-{
-    uint8_t condition = BITS(word, MOTORCADE_POSITIONS_CONDITION_AT, 15);
-    if (condition == MOTORCADE_FLOW_ALWAYS) {
-        return 1;
-    }
-    uint8_t holds = motorcade_decisions_is_met(s, d, condition, BITS(word, MOTORCADE_POSITIONS_LEVEL_AT, 3), word, senses, levels);
-    return holds != BITS(word, MOTORCADE_POSITIONS_IF_NOT_AT, 1) ? 1 : 0;
-}
-
-/* Remember where a call goes on; of more than MOST_CALLS the oldest is forgotten. */
-static void motorcade_decisions_remember(uint8_t *d)
-{
-    const uint32_t i_end = (uint32_t)MOTORCADE_DECISIONS_MOST_CALLS - 1;
-    for (uint32_t i = 0; i < i_end; i++) {
-        d[(uint32_t)MOTORCADE_DECISIONS_RETURNS + MOTORCADE_DECISIONS_MOST_CALLS - 1 - i] = d[(uint32_t)MOTORCADE_DECISIONS_RETURNS + MOTORCADE_DECISIONS_MOST_CALLS - 2 - i];
-    }
-    d[MOTORCADE_DECISIONS_RETURNS] = d[MOTORCADE_DECISIONS_NEXT];
-    if (d[MOTORCADE_DECISIONS_CALLS] < MOTORCADE_DECISIONS_MOST_CALLS) {
-        d[MOTORCADE_DECISIONS_CALLS] = (uint8_t)((uint32_t)d[MOTORCADE_DECISIONS_CALLS] + 1);
-    }
-}
-
-/* Execute a flow word; NEXT is already that of the word behind it. */
-static void motorcade_decisions_execute(uint32_t *s, uint8_t *d, uint32_t word, const struct motorcade_image *image, const struct motorcade_senses *senses, const uint32_t *levels)
-{
-    uint8_t op = BITS(word, MOTORCADE_POSITIONS_OP_AT, 7);
-    if (op == MOTORCADE_FLOW_COUNT) {
-        motorcade_decisions_count(s, d, word);
-    } else if (op == MOTORCADE_FLOW_TELL) {
-        motorcade_decisions_tell(d, word, image);
-    } else if (op == MOTORCADE_FLOW_RETURN) {
-        motorcade_decisions_return(d);
-    } else if (motorcade_decisions_is_taken(s, d, word, senses, levels)) {
         if (op == MOTORCADE_FLOW_CALL) {
-            motorcade_decisions_remember(d);
+            motorcade_decisions_remember(d, behind);
         }
-        d[MOTORCADE_DECISIONS_NEXT] = BITS(word, MOTORCADE_POSITIONS_TARGET_AT, 255);
+        return target;
     }
+    if (op == MOTORCADE_FLOW_RETURN) {
+        return motorcade_decisions_return(d);
+    }
+    if (op == MOTORCADE_FLOW_COUNT) {
+        motorcade_decisions_count(s, d, lower);
+    } else {
+        motorcade_decisions_tell(d, target, (uint8_t)((lower >> MOTORCADE_POSITIONS_VALUE_AT) & 255), image);
+    }
+    return behind;
 }
 
-/* End the running state if its length is over, and go on with the next word, whose index STATE has then.
+/* End the running state if its length is over, execute flow words, and begin a state.
  *
- * Call it until it returns NO_WORD: after a late tick several states may have ended.
+ * With `one_by_one` it executes one flow word, or begins a state. Call it until it returns DONE: after a late tick
+ * several states may have ended.
  *
  * Returns:
- *     BEGUN where a state began, EXECUTED for a flow word, and NO_WORD where the state goes on, or has to wait.
+ *     BEGUN where a state began, EXECUTED behind one flow word, and DONE where the state goes on, or has to wait.
  */
-uint8_t motorcade_decisions_next_word(uint32_t *s, uint8_t *d, const struct motorcade_image *image, const struct motorcade_senses *senses, uint32_t now, const uint32_t *levels)
+uint8_t motorcade_decisions_go_on(uint32_t *s, uint8_t *d, const struct motorcade_image *image, const struct motorcade_senses *senses, uint32_t now, const uint32_t *levels, uint8_t one_by_one)
 {
     if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] && motorcade_brain_end_state(s, now, levels) == 0) {
-        return MOTORCADE_DECISIONS_NO_WORD;
-    }
-    if (d[MOTORCADE_DECISIONS_FLOW_LEFT] == 0) {
-        return MOTORCADE_DECISIONS_NO_WORD;
+        return MOTORCADE_DECISIONS_DONE;
     }
     uint8_t index = d[MOTORCADE_DECISIONS_NEXT];
-    uint32_t word = motorcade_image_word(image, (uint32_t)1 + index);
-    uint8_t following = (uint8_t)((uint32_t)index + 1);
-    if (following == d[MOTORCADE_DECISIONS_WORDS]) {
-        following = 0;
+    uint8_t left = d[MOTORCADE_DECISIONS_FLOW_LEFT];
+    while (left > 0) {
+        uint32_t word = motorcade_image_word(image, (uint32_t)1 + index);
+        uint16_t upper = (uint16_t)(word >> 16);
+        uint8_t behind = (uint8_t)((uint32_t)index + 1);
+        if (behind == d[MOTORCADE_DECISIONS_WORDS]) {
+            behind = 0;
+        }
+        if ((upper >> MOTORCADE_DECISIONS_FLOW_AT) == 0) {
+            s[MOTORCADE_BRAIN_STATE] = index;
+            d[MOTORCADE_DECISIONS_NEXT] = behind;
+            d[MOTORCADE_DECISIONS_FLOW_LEFT] = left;
+            d[MOTORCADE_DECISIONS_VOICES] = 0;
+            motorcade_brain_begin_word(s, word, s[MOTORCADE_BRAIN_STARTED_MS]);
+            return MOTORCADE_DECISIONS_BEGUN;
+        }
+        left = (uint8_t)((uint32_t)left - 1);
+        index = motorcade_decisions_execute(s, d, upper, (uint16_t)(word & MOTORCADE_DECISIONS_LOWER_HALF), behind, image, senses, levels);
+        if (one_by_one) {
+            d[MOTORCADE_DECISIONS_NEXT] = index;
+            d[MOTORCADE_DECISIONS_FLOW_LEFT] = left;
+            return MOTORCADE_DECISIONS_EXECUTED;
+        }
     }
-    d[MOTORCADE_DECISIONS_NEXT] = following;
-    s[MOTORCADE_BRAIN_STATE] = index;
-    if (BITS(word, 31, 255) == 0) {
-        d[MOTORCADE_DECISIONS_VOICES] = 0;
-        motorcade_brain_begin_word(s, word, s[MOTORCADE_BRAIN_STARTED_MS]);
-        return MOTORCADE_DECISIONS_BEGUN;
-    }
-    d[MOTORCADE_DECISIONS_FLOW_LEFT] = (uint8_t)((uint32_t)d[MOTORCADE_DECISIONS_FLOW_LEFT] - 1);
-    motorcade_decisions_execute(s, d, word, image, senses, levels);
-    return MOTORCADE_DECISIONS_EXECUTED;
+    d[MOTORCADE_DECISIONS_NEXT] = index;
+    d[MOTORCADE_DECISIONS_FLOW_LEFT] = 0;
+    return MOTORCADE_DECISIONS_DONE;
 }
 
 /* Return how long a slot lasts at least: a tag tells only NEWER_SLOTS slots from older ones. */
@@ -1564,13 +1571,14 @@ static const struct motorcade_senses *motorcade_step_decide(struct motorcade_car
     }
     motorcade_decisions_begin_tick(s, d, now);
     uint32_t done = MOTORCADE_DECISIONS_EXECUTED;
-    while (done != MOTORCADE_DECISIONS_NO_WORD) {
-        done = motorcade_decisions_next_word(s, d, car->image, senses, now, levels);
+    while (done != MOTORCADE_DECISIONS_DONE) {
+        uint8_t index = d[MOTORCADE_DECISIONS_NEXT];
+        done = motorcade_decisions_go_on(s, d, car->image, senses, now, levels, car->notes_flow);
         if (done == MOTORCADE_DECISIONS_BEGUN) {
             motorcade_car_note(car, MOTORCADE_STEP_STATE, s[MOTORCADE_BRAIN_STARTED_MS], s[MOTORCADE_BRAIN_WORD], (uint8_t)s[MOTORCADE_BRAIN_STATE]);
         }
         if (done == MOTORCADE_DECISIONS_EXECUTED) {
-            motorcade_car_note_flow(car);
+            motorcade_car_note_flow(car, index);
         }
     }
     return senses;

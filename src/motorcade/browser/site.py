@@ -8,7 +8,7 @@ import io
 import json
 import zipfile
 from base64 import b64encode
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -73,7 +73,8 @@ def python_zip(package: Path = PACKAGE) -> bytes:
     Args:
         package: the folder of the package motorcade.
     """
-    files = sorted({*reached_modules(package), *_data_files(package)})
+    modules = reached_modules(package)
+    files = sorted({*modules, *_data_files(modules)})
     return zip_of({f"motorcade/{file.relative_to(package).as_posix()}": file.read_bytes() for file in files})
 
 
@@ -82,20 +83,18 @@ def reached_modules(package: Path = PACKAGE) -> set[Path]:
     return needed_files((package / name for name in SHELL), package)
 
 
-def _data_files(package: Path) -> Iterator[Path]:
-    """Yield the data of the packages that are reached: files beside their modules, and folders without modules."""
-    for folder in {file.parent for file in reached_modules(package)}:
+def _data_files(modules: Iterable[Path]) -> Iterator[Path]:
+    """Yield the data of the packages of these modules: files beside them, and folders without modules."""
+    for folder in {module.parent for module in modules}:
         for path in folder.iterdir():
             # Python's caches of this computer, and machine code, which no browser runs.
             if path.name in ("__pycache__", "libraries"):
                 continue
-            if path.is_file():
-                files = [path]
-            else:
-                if any(path.rglob("*.py")):
-                    files = []
-                else:
-                    files = [file for file in path.rglob("*") if file.is_file()]
+            files = [path]
+            if path.is_dir():
+                files = [file for file in path.rglob("*") if file.is_file()]
+                if any(file.suffix == ".py" for file in files):
+                    continue
             yield from (file for file in files if file.name not in _LEFT_OUT and file.suffix not in (".py", ".pyc"))
 
 

@@ -91,19 +91,23 @@ FLOW_LEFT = 4  # how many flow words may still be executed in this tick
 VOICES = 5  # bit 0: 'stop' was heard since the state began; bit 1: 'go' was
 COUNTS = 6  # the four counters
 CALLS = 10  # how many calls will return, at most MOST_CALLS
-RETURNS = 11  # where they go on, the last one first: MOST_CALLS places
-IS_TELLING = 15  # 1 from the first tell on
-TURNS = 16  # how many follower words are sent in turn; 0: the one of the slot
-WAITS = 17  # 1 while a tell waits for its slot
-TOLD = 18  # SLOT of that tell
-TOLD_TURNS = 19  # TURNS of that tell
-SIZE = 20
+LAST_CALL = 11  # the place of RETURNS at which the last call is
+RETURNS = 12  # where they go on: a ring of MOST_CALLS places
+IS_TELLING = 16  # 1 from the first tell on
+TURNS = 17  # how many follower words are sent in turn; 0: the one of the slot
+WAITS = 18  # 1 while a tell waits for its slot
+TOLD = 19  # SLOT of that tell
+TOLD_TURNS = 20  # TURNS of that tell
+SIZE = 21
 
+# The highest bit of a word's upper half says whether it is a flow word.
+FLOW_AT = 15
+LOWER_HALF = 0xFFFF
 MOST_FLOW_WORDS = 16
 MOST_CALLS = 4
 
-# What next_word did.
-NO_WORD = 0
+# What go_on did.
+DONE = 0
 BEGUN = 1
 EXECUTED = 2
 
@@ -132,15 +136,17 @@ def survey(d: bytearray, image: ImageWords, begin: uint16, end: uint16, levels: 
 
 def _survey_word(d: bytearray, word: int, levels: tuple[int, ...]) -> None:
     """Find out whether a leader word tells something, and how far it needs the ultrasonic sensor."""
-    if word >> 31:
-        op = word >> OP_AT & 7
+    upper: uint16 = word >> 16
+    lower: uint16 = word & LOWER_HALF
+    if upper >> FLOW_AT:
+        op = upper >> OP_AT & 7
         if op == TELL:
             d[TELLS] = 1
-        elif op <= CALL and word >> CONDITION_AT & 15 == OBSTACLE:
-            _look(d, word >> LEVEL_AT & 3, levels)
+        elif op <= CALL and upper >> CONDITION_AT & 15 == OBSTACLE:
+            _look(d, lower >> LEVEL_AT & 3, levels)
     else:
-        if word >> UNTIL_AT & 15 == OBSTACLE:
-            _look(d, word >> UNTIL_LEVEL_AT & 3, levels)
+        if lower >> UNTIL_AT & 15 == OBSTACLE:
+            _look(d, lower >> UNTIL_LEVEL_AT & 3, levels)
         if word >> AVOID_ENABLE_AT & 1:
             _look(d, word >> AVOID_RADIUS_AT & 3, levels)
 
@@ -191,91 +197,110 @@ def ends_early(s: list[int], d: bytearray, senses: "Senses", levels: tuple[int, 
     until = running_until(s)
     if until == ALWAYS:
         return 0
-    word = s[WORD]
-    holds = is_met(s, d, until, word >> UNTIL_LEVEL_AT & 3, word, senses, levels)
-    return 1 if holds != word >> UNTIL_NOT_AT & 1 else 0
+    lower: uint16 = s[WORD] & LOWER_HALF
+    holds = is_met(s, d, until, lower >> UNTIL_LEVEL_AT & 3, lower, senses, levels)
+    return 1 if holds != lower >> UNTIL_NOT_AT & 1 else 0
 
 
-def next_word(
-    s: list[int], d: bytearray, image: ImageWords, senses: "Senses", now: int, levels: tuple[int, ...]
+def go_on(
+    s: list[int],
+    d: bytearray,
+    image: ImageWords,
+    senses: "Senses",
+    now: int,
+    levels: tuple[int, ...],
+    one_by_one: uint8,
 ) -> uint8:
-    """End the running state if its length is over, and go on with the next word, whose index STATE has then.
+    """End the running state if its length is over, execute flow words, and begin a state.
 
-    Call it until it returns NO_WORD: after a late tick several states may have ended.
+    With ``one_by_one`` it executes one flow word, or begins a state. Call it until it returns DONE: after a late tick
+    several states may have ended.
 
     Returns:
-        BEGUN where a state began, EXECUTED for a flow word, and NO_WORD where the state goes on, or has to wait.
+        BEGUN where a state began, EXECUTED behind one flow word, and DONE where the state goes on, or has to wait.
     """
     if s[RUNNING] and end_state(s, now, levels) == 0:
-        return NO_WORD
-    if d[FLOW_LEFT] == 0:
-        return NO_WORD
-    index = d[NEXT]
-    word = image[1 + index]
-    following: uint8 = index + 1
-    if following == d[WORDS]:
-        following = 0
-    d[NEXT] = following
-    s[STATE] = index
-    if word >> 31 == 0:
-        d[VOICES] = 0
-        begin_word(s, word, s[STARTED_MS])
-        return BEGUN
-    d[FLOW_LEFT] = d[FLOW_LEFT] - 1
-    _execute(s, d, word, image, senses, levels)
-    return EXECUTED
+        return DONE
+    index: uint8 = d[NEXT]
+    left: uint8 = d[FLOW_LEFT]
+    while left > 0:
+        word = image[1 + index]
+        upper: uint16 = word >> 16
+        behind: uint8 = index + 1
+        if behind == d[WORDS]:
+            behind = 0
+        if upper >> FLOW_AT == 0:
+            s[STATE] = index
+            d[NEXT] = behind
+            d[FLOW_LEFT] = left
+            d[VOICES] = 0
+            begin_word(s, word, s[STARTED_MS])
+            return BEGUN
+        left = left - 1
+        index = _execute(s, d, upper, word & LOWER_HALF, behind, image, senses, levels)
+        if one_by_one:
+            d[NEXT] = index
+            d[FLOW_LEFT] = left
+            return EXECUTED
+    d[NEXT] = index
+    d[FLOW_LEFT] = 0
+    return DONE
 
 
 def _execute(
-    s: list[int], d: bytearray, word: int, image: ImageWords, senses: "Senses", levels: tuple[int, ...]
-) -> None:
-    """Execute a flow word; NEXT is already that of the word behind it."""
-    op = word >> OP_AT & 7
-    if op == COUNT:
-        _count(s, d, word)
-    elif op == TELL:
-        _tell(d, word, image)
-    elif op == RETURN:
-        _return(d)
-    elif _is_taken(s, d, word, senses, levels):
+    s: list[int],
+    d: bytearray,
+    upper: uint16,
+    lower: uint16,
+    behind: uint8,
+    image: ImageWords,
+    senses: "Senses",
+    levels: tuple[int, ...],
+) -> uint8:
+    """Execute a flow word, given as its halves. Return the index of the next word; ``behind`` is that behind it."""
+    op = upper >> OP_AT & 7
+    target: uint8 = upper >> TARGET_AT & 255
+    if op <= CALL:
+        condition = upper >> CONDITION_AT & 15
+        if condition != ALWAYS:
+            holds = is_met(s, d, condition, lower >> LEVEL_AT & 3, lower, senses, levels)
+            if holds == lower >> IF_NOT_AT & 1:
+                return behind
         if op == CALL:
-            _remember(d)
-        d[NEXT] = word >> TARGET_AT & 255
+            _remember(d, behind)
+        return target
+    if op == RETURN:
+        return _return(d)
+    if op == COUNT:
+        _count(s, d, lower)
+    else:
+        _tell(d, target, lower >> VALUE_AT & 255, image)
+    return behind
 
 
-def _remember(d: bytearray) -> None:
+def _remember(d: bytearray, index: uint8) -> None:
     """Remember where a call goes on; of more than MOST_CALLS the oldest is forgotten."""
-    for i in range(MOST_CALLS - 1):
-        d[RETURNS + MOST_CALLS - 1 - i] = d[RETURNS + MOST_CALLS - 2 - i]
-    d[RETURNS] = d[NEXT]
+    place: uint8 = (d[LAST_CALL] + 1) % MOST_CALLS
+    d[LAST_CALL] = place
+    d[RETURNS + place] = index
     if d[CALLS] < MOST_CALLS:
         d[CALLS] = d[CALLS] + 1
 
 
-def _return(d: bytearray) -> None:
-    """Go on where the last call asks for it; without one with the first word."""
-    d[NEXT] = 0
-    if d[CALLS] > 0:
-        d[CALLS] = d[CALLS] - 1
-        d[NEXT] = d[RETURNS]
-        for i in range(MOST_CALLS - 1):
-            d[RETURNS + i] = d[RETURNS + i + 1]
-
-
-def _is_taken(s: list[int], d: bytearray, word: int, senses: "Senses", levels: tuple[int, ...]) -> uint8:
-    """Return 1 where the condition of a jump or a call asks for it now, else 0."""
-    condition = word >> CONDITION_AT & 15
-    if condition == ALWAYS:
-        return 1
-    holds = is_met(s, d, condition, word >> LEVEL_AT & 3, word, senses, levels)
-    return 1 if holds != word >> IF_NOT_AT & 1 else 0
+def _return(d: bytearray) -> uint8:
+    """Return the index at which the last call goes on; without a call that of the first word."""
+    if d[CALLS] == 0:
+        return 0
+    d[CALLS] = d[CALLS] - 1
+    place = d[LAST_CALL]
+    d[LAST_CALL] = (place + MOST_CALLS - 1) % MOST_CALLS
+    return d[RETURNS + place]
 
 
 def is_met(
-    s: list[int], d: bytearray, condition: uint8, level: uint8, word: int, senses: "Senses", levels: tuple[int, ...]
+    s: list[int], d: bytearray, condition: uint8, level: uint8, lower: uint16, senses: "Senses", levels: tuple[int, ...]
 ) -> uint8:
-    """Return 1 where a condition holds, else 0; ``word`` has the counter and the value, where it needs them."""
-    value = word >> VALUE_AT & 255
+    """Return 1 where a condition holds, else 0; a flow word's lower half has the counter and the value."""
     if condition == OBSTACLE:
         return 1 if senses.obstacle_mm < levels[AVOID_RADII_MM + level] else 0
     if condition == PERSON:
@@ -287,9 +312,10 @@ def is_met(
             return 1 if senses.dark_floor else 0
         # The levels left, right and both are the sensors that have to be over dark floor.
         return 1 if senses.dark_floor & level == level else 0
+    value: uint8 = lower >> VALUE_AT & 255
     if condition == CHANCE:
         return 1 if draw(s) >> 24 < value else 0
-    counted = d[COUNTS + (word >> COUNTER_AT & 3)]
+    counted = d[COUNTS + (lower >> COUNTER_AT & 3)]
     if level == IS:
         return 1 if counted == value else 0
     if level == BELOW:
@@ -297,11 +323,11 @@ def is_met(
     return 1 if counted > value else 0
 
 
-def _count(s: list[int], d: bytearray, word: int) -> None:
+def _count(s: list[int], d: bytearray, lower: uint16) -> None:
     """Execute a count: set or change one of the counters."""
-    place = COUNTS + (word >> COUNTER_AT & 3)
-    how = word >> LEVEL_AT & 3
-    value: uint8 = word >> VALUE_AT & 255
+    place: uint8 = COUNTS + (lower >> COUNTER_AT & 3)
+    how = lower >> LEVEL_AT & 3
+    value: uint8 = lower >> VALUE_AT & 255
     if how == SET:
         d[place] = value
     elif how == RANDOM:
@@ -313,13 +339,12 @@ def _count(s: list[int], d: bytearray, word: int) -> None:
         d[place] = d[place] - (value if value < d[place] else d[place])
 
 
-def _tell(d: bytearray, word: int, image: ImageWords) -> None:
+def _tell(d: bytearray, target: uint8, value: uint8, image: ImageWords) -> None:
     """Execute a tell: ask for a slot; of several tells that wait the last one counts."""
-    target: uint8 = word >> TARGET_AT & 255
     turns: uint8 = 0
     if target == IN_TURN:
         target = 0
-        turns = word >> VALUE_AT & 255
+        turns = value
         if turns == 0:
             turns = image[0] >> 16 & 255
     d[WAITS] = 1

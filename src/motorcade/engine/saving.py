@@ -271,6 +271,7 @@ class SavableSimulation(Simulation):
             _require(bool((own[place] == expected[place]).all()))
         states, slots = max(len(image.leader), 1), len(image.followers)
         limits = {decisions.NEXT: states, decisions.CALLS: decisions.MOST_CALLS + 1, decisions.TOLD: max(slots, 1)}
+        limits[decisions.LAST_CALL] = decisions.MOST_CALLS
         limits |= {decisions.TURNS: slots + 1, decisions.TOLD_TURNS: slots + 1}
         limits |= {decisions.RETURNS + call: states for call in range(decisions.MOST_CALLS)}
         _require(all(bool((own[place] < limit).all()) for place, limit in limits.items()))

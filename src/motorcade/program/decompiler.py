@@ -98,14 +98,9 @@ def _structured(
 ) -> tuple[Program, Structure]:
     told = {}
     settings = followers or Followers([])
-    for number in range(len(image.followers)):
-        values = CONTROL.decode(image.followers[number])
-        step = step_in(image.followers[number], profile.durations_ms)
-        if values.accept_ir != settings.accept_ir:
-            step = replace(step, accept_ir=bool(values.accept_ir))
-        if values.forward != settings.forward:
-            step = replace(step, forward=bool(values.forward))
-        told[number] = step
+    for number, word in enumerate(image.followers):
+        step = step_in(word, profile.durations_ms)
+        told[number] = _with_settings(step, word, settings.accept_ir, settings.forward)
     structure = Structure(image.leader, profile.durations_ms, plain, told, own)
     return Program(structure.leader, followers, profile.name, functions=structure.functions), structure
 
@@ -117,9 +112,15 @@ def _first_difference(made: Sequence[int], wanted: Sequence[int]) -> int:
     return min(len(made), len(wanted))
 
 
+def _tells_in(image: Image) -> list[Any]:
+    """Return the fields of the leader's words that tell the followers something."""
+    flows = [FLOW.decode(word) for word in image.leader if word >> 31]
+    return [values for values in flows if values.op == TELL]
+
+
 def _own_words(image: Image) -> int:
     """Return how many of the follower words are not there only because the leader tells them."""
-    tells = [FLOW.decode(word) for word in image.leader if word >> 31 and FLOW.decode(word).op == TELL]
+    tells = _tells_in(image)
     count = len(image.followers)
     if not tells:
         return count
@@ -135,7 +136,7 @@ def _own_words(image: Image) -> int:
 
 def _deciding_followers(image: Image, profile: Profile, words: tuple[int, ...]) -> Followers | None:
     """Return Followers whose own words are these; None where the compiler has the same settings without them."""
-    has_tells = any(word >> 31 and FLOW.decode(word).op == TELL for word in image.leader)
+    has_tells = bool(_tells_in(image))
     dwell_ms = profile.dwell_ms[image.dwell_level]
     if not image.followers:
         if dwell_ms == profile.dwell_ms[0]:
@@ -233,15 +234,19 @@ def _resting(step: Step, dwell_ms: int) -> Step:
 def _followers(steps: list[Step], words: Sequence[int], dwell_seconds: float | None) -> Followers:
     """Return Followers with the settings of the first word; steps state only settings that differ."""
     first = CONTROL.decode(words[0])
-    made = []
-    for step, word in zip(steps, words, strict=True):
-        values = CONTROL.decode(word)
-        if values.accept_ir != first.accept_ir:
-            step = replace(step, accept_ir=bool(values.accept_ir))
-        if values.forward != first.forward:
-            step = replace(step, forward=bool(values.forward))
-        made.append(step)
-    return Followers(made, bool(first.accept_ir), bool(first.forward), dwell_seconds)
+    accept_ir, forward = bool(first.accept_ir), bool(first.forward)
+    made = [_with_settings(step, word, accept_ir, forward) for step, word in zip(steps, words, strict=True)]
+    return Followers(made, accept_ir, forward, dwell_seconds)
+
+
+def _with_settings(step: Step, word: int, accept_ir: bool, forward: bool) -> Step:
+    """Return a step that states the settings of its word where they differ from those of all followers."""
+    values = CONTROL.decode(word)
+    if values.accept_ir != accept_ir:
+        step = replace(step, accept_ir=bool(values.accept_ir))
+    if values.forward != forward:
+        step = replace(step, forward=bool(values.forward))
+    return step
 
 
 def _check_word(word: int, position: int, leads: bool, decides: bool) -> None:

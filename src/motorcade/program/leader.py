@@ -292,9 +292,7 @@ class Leader:
                 return self._if(step, path, spare)
             case DoStep():
                 return self._do(step, path, spare)
-            case SetStep():
-                return one_word(count_word(step, self._numbers), path, step)
-            case ChangeStep():
+            case SetStep() | ChangeStep():
                 return one_word(count_word(step, self._numbers), path, step)
             case TellStep():
                 return self._tell(step, path)

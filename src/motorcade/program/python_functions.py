@@ -6,24 +6,19 @@ function come first in it. If anything else of the text is in the way of the new
 anew, below the comments.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
 
 from motorcade.program.diagnostics import ProgramError
 from motorcade.program.flow_steps import IfStep
-from motorcade.program.model import (
-    Followers,
-    Program,
-    align,
-    bare,
-    without_ids,
-)
-from motorcade.program.python_calls import Node, parameters_of
+from motorcade.program.model import Program, bare, without_ids
+from motorcade.program.python_calls import parameters_of
 from motorcade.program.python_comments import (
-    Comments,
+    WrittenStep,
     comments_of,
     import_of,
     indented,
+    items_of,
+    merged,
     nodes,
     with_imports,
 )
@@ -34,6 +29,7 @@ from motorcade.program.python_text import (
     asked_counters,
     changed_counters,
     is_statement,
+    settings_of,
     statement_lists,
 )
 from motorcade.program.steps import Step
@@ -41,29 +37,14 @@ from motorcade.program.steps import Step
 Steps = Sequence[Step]
 
 
-@dataclass(slots=True)
-class _Written(Comments):
-    """A step to write, with its comments, the steps inside it by list, and its present text where that can stay."""
-
-    step: Step | None = None
-    lists: dict[str, list["_Written"]] = field(default_factory=dict)
-    text: str = ""
-
-    def all_comments(self) -> list[str]:
-        """Its comments and those of the steps inside it, in their order."""
-        inside = [comment for row in self.lists.values() for comment in _comments_in(row)]
-        return [*self.before, *inside, *self.end, *self.behind]
-
-
 def functions_text(program: Program) -> str:
     """Return a program as the text of functions."""
-    texts = StatementTexts(str, asked_counters(program))
+    texts = StatementTexts({}, asked_counters(program))
     parts = [f"{name} = 0\n" for name in changed_counters(program)]
     if program.profile != parameters_of(Program)[1]["profile"]:
         parts.insert(0, f'{PROFILE} = "{program.profile}"\n')
     definitions = [
-        "\n".join([head, *_lines([_Written(step=step) for step in steps], texts, 1)])
-        for head, steps in _definitions(program).values()
+        "\n".join([head, *_lines(merged([], steps)[0], texts, 1)]) for head, steps in _definitions(program).values()
     ]
     imports = import_of({name: name for name in texts.used})
     head = f"{imports}\n" if texts.used else ""
@@ -89,15 +70,10 @@ def _definitions(program: Program) -> dict[str, tuple[str, Steps]]:
     found: dict[str, tuple[str, Steps]] = {name: (f"def {name}():", steps) for name, steps in program.functions.items()}
     found[LEADER] = (f"def {LEADER}():", program.leader)
     if program.followers:
-        settings = _settings_of(program.followers)
+        settings = settings_of(program.followers)
         values = ", ".join(f"{name}={value!r}".replace("'", '"') for name, value in settings.items())
         found[FOLLOWERS] = (f"def {FOLLOWERS}({values}):", program.followers.steps)
     return found
-
-
-def _settings_of(followers: Followers) -> dict[str, object]:
-    usual = parameters_of(Followers)[1]
-    return {name: getattr(followers, name) for name in usual if getattr(followers, name) != usual[name]}
 
 
 class _Updater:
@@ -106,9 +82,8 @@ class _Updater:
     def __init__(self, old: PythonProgram, program: Program) -> None:
         self._old = old
         self._program = program
-        self._texts = StatementTexts(lambda name: old.imports.get(name, name), asked_counters(program))
+        self._texts = StatementTexts(old.imports, asked_counters(program))
         self._nodes = dict(nodes(old.root))
-        self._comments: dict[str, Comments] = {}
 
     def text(self) -> str:
         """Return the new text."""
@@ -119,7 +94,7 @@ class _Updater:
         for name, (head, steps) in after.items():
             definition = self._old.definitions.get(name)
             if definition is None:
-                lines = _lines([_Written(step=step) for step in steps], self._texts, 1)
+                lines = _lines(merged([], steps)[0], self._texts, 1)
                 added.append("\n".join([head, *lines]) + "\n\n\n")
                 continue
             old_head, old_steps = before.get(name, ("", ()))
@@ -168,10 +143,10 @@ class _Updater:
             lines += indented([self._old.source.text[first:last]], 1)
         if not self._old.is_plain[name]:
             lines += indented(self._comments_between(start, end), 1)
-            return "\n".join([*lines, *_lines([_Written(step=step) for step in steps], self._texts, 1)])
-        self._comments = comments_of(self._old, self._nodes[path])
-        written, left = _merged(self._items(old, path), steps)
-        own = self._comments.pop(path, Comments())
+            return "\n".join([*lines, *_lines(merged([], steps)[0], self._texts, 1)])
+        comments = comments_of(self._old, self._nodes[path])
+        written, left = merged(items_of(old, path, self._old, self._nodes, comments), steps)
+        own = comments[path]
         lines += _lines(written, self._texts, 1)
         lines += indented([*left, *own.before, *own.behind, *own.end], 1)
         return "\n".join(lines)
@@ -179,83 +154,30 @@ class _Updater:
     def _comments_between(self, start: int, end: int) -> list[str]:
         return [comment.text for comment in self._old.source.comments() if start <= comment.start < end]
 
-    def _items(self, row: Steps, path: str) -> list[_Written]:
-        items = []
-        for number, step in enumerate(row):
-            place = f"{path}[{number}]"
-            own = self._comments.pop(place, Comments())
-            item = _Written(own.before, own.behind, own.end, step)
-            if is_statement(step):
-                for name, inside in step.lists.items():
-                    item.lists[name] = self._items(inside, f"{place}.{step.inside_at[name]}")
-            else:
-                item.before, item.end = item.before + item.end, []
-                node = self._nodes.get(place, Node("", 0, 0))
-                text = self._old.source.text[node.start : node.end]
-                if "\n" not in text:
-                    item.text = text
-            items.append(item)
-        return items
 
-
-def _comments_in(row: Iterable[_Written]) -> list[str]:
-    return [comment for item in row for comment in item.all_comments()]
-
-
-def _merged(old: list[_Written], row: Steps) -> tuple[list[_Written], list[str]]:
-    """Return a new row, which takes over the comments of the old one, and the comments left at its end."""
-    places = align([item.step for item in old if item.step], row)
-    gone = [position for position in range(len(old)) if position not in places]
-    made = []
-    for step, place in zip(row, places, strict=True):
-        if place is None:
-            made.append(_Written(step=step))
-            continue
-        before = old[place]
-        orphaned = _comments_in(old[position] for position in gone if position < place)
-        gone = [position for position in gone if position > place]
-        item = _Written([*orphaned, *before.before], before.behind, list(before.end), step)
-        lost = dict(before.lists)
-        if is_statement(step):
-            for name, inside in step.lists.items():
-                item.lists[name], left = _merged(lost.pop(name, []), inside)
-                item.end += left
-        item.end += [comment for rest in lost.values() for comment in _comments_in(rest)]
-        if before.step and without_ids(step) == without_ids(before.step):
-            item.text = before.text
-        made.append(item)
-    return made, _comments_in(old[position] for position in gone)
-
-
-def _lines(row: Sequence[_Written], texts: StatementTexts, depth: int) -> list[str]:
+def _lines(row: Sequence[WrittenStep], texts: StatementTexts, depth: int) -> list[str]:
     """Return the lines of steps with their comments; of none, ``pass``."""
     if not row:
         return indented(["pass"], depth)
     return [line for item in row for line in _statement(item, texts, depth)]
 
 
-def _statement(item: _Written, texts: StatementTexts, depth: int, before: str = "") -> Iterator[str]:
+def _statement(item: WrittenStep, texts: StatementTexts, depth: int, before: str = "") -> Iterator[str]:
     """Yield the lines of one step; ``before`` is put before the word if."""
     step = item.step
-    if step is None:
-        return
     head = before + texts.head(step)
-    if item.text:
-        head = item.text
-    comments = list(item.before)
+    comments = [*item.before, *item.behind[1:]]
+    if not is_statement(step):
+        head = item.text or head
+        comments += item.comments_inside()
     if item.behind:
         head += f"  {item.behind[0]}"
-        comments += item.behind[1:]
-    if not is_statement(step):
-        comments += item.end
     yield from indented([*comments, head], depth)
     if not is_statement(step):
         return
-    lists = dict(statement_lists(step))
-    for name, line in lists.items():
-        inside = item.lists.get(name) or [_Written(step=part) for part in step.lists[name]]
-        first = inside[0].step if inside else None
-        if line and len(inside) == 1 and isinstance(first, IfStep) and not inside[0].before:
+    for name, line in statement_lists(step):
+        inside = item.lists[name]
+        if line and len(inside) == 1 and isinstance(inside[0].step, IfStep) and not inside[0].before:
             yield from _statement(inside[0], texts, depth, "el")
             continue
         if line:

@@ -131,11 +131,8 @@ class PythonProgram(StatementReader):
             span = self.source.span(self._used[name])
             yield warning("python-not-imported", "", name=name).at(span).with_fixes(*more)
 
-    def _functions(self) -> tuple[Node, dict[str, Any]]:
-        """Return where the parts of a program that is written as functions stand, and its document."""
-        document: dict[str, Any] = {"format": FORMAT}
-        assigned: list[tuple[str, ast.Assign]] = []
-        bodies: list[ast.stmt] = []
+    def _own_statements(self) -> Iterator[ast.stmt]:
+        """Yield the statements but texts about the program, imports, and what only Python executes."""
         for statement in self.source.tree.body:
             match statement:
                 case ast.Expr(value=ast.Constant(value=str())):
@@ -144,6 +141,16 @@ class PythonProgram(StatementReader):
                     self._import(statement)
                 case ast.If() if ast.unparse(statement.test) == "__name__ == '__main__'":
                     pass
+                case _:
+                    yield statement
+
+    def _functions(self) -> tuple[Node, dict[str, Any]]:
+        """Return where the parts of a program that is written as functions stand, and its document."""
+        document: dict[str, Any] = {"format": FORMAT}
+        assigned: list[tuple[str, ast.Assign]] = []
+        bodies: list[ast.stmt] = []
+        for statement in self._own_statements():
+            match statement:
                 case ast.Assign(targets=[ast.Name(id="profile")], value=value):
                     self.spans[PROFILE] = self.source.span(value)
                     self.value_extents[PROFILE] = self.source.extent(value)
@@ -169,14 +176,8 @@ class PythonProgram(StatementReader):
     def _program_call(self) -> ast.Call | None:
         """Return the call of Program, the only one among the statements; None, with an error, where there is none."""
         found: ast.Call | None = None
-        for statement in self.source.tree.body:
+        for statement in self._own_statements():
             match statement:
-                case ast.Expr(value=ast.Constant(value=str())):
-                    pass
-                case ast.ImportFrom(module="motorcade", level=0):
-                    self._import(statement)
-                case ast.If() if ast.unparse(statement.test) == "__name__ == '__main__'":
-                    pass
                 case ast.Assign(targets=[ast.Name(id="program")], value=ast.Call() as call):
                     if found:
                         deleted = fixes.without_lines(self.source, statement)

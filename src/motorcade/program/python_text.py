@@ -1,6 +1,6 @@
 """Write steps and conditions as the statements of a program that is written as functions."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from motorcade.program import steps
@@ -27,13 +27,12 @@ from motorcade.program.flow_steps import (
     TellStep,
     conditions_of,
 )
-from motorcade.program.model import Program, placed_steps
+from motorcade.program.model import Followers, Program, placed_steps
 from motorcade.program.python_calls import parameters_of
 from motorcade.program.steps import (
     COMMON,
     RepeatStep,
     Step,
-    TogetherStep,
     is_deciding,
     own_fields,
     walk,
@@ -71,13 +70,13 @@ class StatementTexts:
     """Writes steps; ``used`` collects the names of motorcade that their text needs.
 
     Args:
-        called: gives the name that something of motorcade has in the text.
+        imports: the names of motorcade that have another name in the text, with that.
         constant: the counters that have no variable.
     """
 
-    def __init__(self, called: Callable[[str], str], constant: Sequence[str]) -> None:
+    def __init__(self, imports: Mapping[str, str], constant: Sequence[str] = ()) -> None:
         self.used: set[str] = set()
-        self._called = called
+        self._imports = imports
         self._constant = constant
 
     def head(self, step: Step) -> str:
@@ -94,7 +93,7 @@ class StatementTexts:
             case RepeatStep():
                 return f"for _ in range({step.times}):"
             case SetStep(to=None):
-                return f"{step.counter} = {self._name('random')}({step.random})"
+                return f"{step.counter} = {self.name('random')}({step.random})"
             case SetStep():
                 return f"{step.counter} = {step.to}"
             case ChangeStep() if step.by < 0:
@@ -105,7 +104,7 @@ class StatementTexts:
                 return f"{step.function}()"
             case TellStep():
                 told = f'"{IN_TURN}"' if step.step is None else self.call(step.step)
-                return f"{self._name('tell')}({told})"
+                return f"{self.name('tell')}({told})"
         return self.call(step)
 
     def call(self, step: Any) -> str:
@@ -114,14 +113,15 @@ class StatementTexts:
             given = {own.name: getattr(step, own.name) for own in own_fields(FlowStep)}
             usual = {own.name: own.default for own in own_fields(FlowStep)}
             values = [f"{name}={value!r}" for name, value in given.items() if value != usual[name] and name != "op"]
-            return f"{self._name('flow')}({', '.join([repr(step.op), *values])})".replace("'", '"')
-        positional, named, name = values_of(step)
+            return f"{self.name('flow')}({', '.join([repr(step.op), *values])})".replace("'", '"')
+        return self.call_around(step, [self.call(part) for part in step.inside])
+
+    def call_around(self, step: Step, inside: Iterable[str]) -> str:
+        """Return a step as a call on one line; ``inside`` are the calls of the steps inside it."""
+        positional, named = values_of(step)
         if step.until is not None:
             named.append(f"until={self.condition(step.until)}")
-        inside = []
-        if isinstance(step, TogetherStep | RepeatStep):
-            inside = [self.call(part) for part in step.steps]
-        return f"{self._name(name)}({', '.join([*positional, *inside, *named])})"
+        return f"{self.name(name_of(step))}({', '.join([*positional, *inside, *named])})"
 
     def condition(self, condition: Condition, inside: str = "") -> str:
         """Return a condition; ``inside`` is the word between it and its neighbours."""
@@ -142,26 +142,26 @@ class StatementTexts:
     def _asked(self, condition: Condition) -> str:
         match condition:
             case Chance(percent):
-                return f"{self._name('chance')}({plain(percent)})"
+                return f"{self.name('chance')}({plain(percent)})"
             case Counted(name, comparison, number):
-                return f'{self._name("counter")}("{name}", "{comparison}", {number})'
+                return f'{self.name("counter")}("{name}", "{comparison}", {number})'
             case Sensing("person"):
-                return f"{self._name('person')}()"
+                return f"{self.name('person')}()"
             case Sensing("obstacle", level):
-                return f"{self._name('obstacle')}({level})"
+                return f"{self.name('obstacle')}({level})"
             case Sensing(sense, level):
-                return f'{self._name(_CALLS[sense])}("{SENSES[sense][level]}")'
+                return f'{self.name(_CALLS[sense])}("{SENSES[sense][level]}")'
         raise TypeError(condition)
 
-    def _name(self, name: str) -> str:
+    def name(self, name: str) -> str:
+        """Return the name that something of motorcade has in the text, and take note that the text needs it."""
         self.used.add(name)
-        return self._called(name)
+        return self._imports.get(name, name)
 
 
-def values_of(step: Any) -> tuple[list[str], list[str], str]:
-    """Return a step's values that stand by their position, those that are named, and the step's name."""
-    name = name_of(step)
-    names, defaults, _ = parameters_of(getattr(steps, name))
+def values_of(step: Step) -> tuple[list[str], list[str]]:
+    """Return a step's values that stand by their position, and those that are named."""
+    names, defaults, _ = parameters_of(getattr(steps, name_of(step)))
     positional, named = [], []
     for parameter in names:
         value = getattr(step, parameter)
@@ -176,10 +176,16 @@ def values_of(step: Any) -> tuple[list[str], list[str], str]:
         value = getattr(step, setting)
         if value is not None and setting != "id":
             named.append(f"{setting}={value!r}")
-    return positional, named, name
+    return positional, named
 
 
-def name_of(step: Any) -> str:
+def settings_of(followers: Followers) -> dict[str, Any]:
+    """Return the settings of followers that aren't the usual ones."""
+    usual = parameters_of(Followers)[1]
+    return {name: getattr(followers, name) for name in usual if getattr(followers, name) != usual[name]}
+
+
+def name_of(step: Step) -> str:
     """Return the name of a step in Python."""
     names: dict[str, dict[str, str]] = step.names
     return next(name for name, fixed in names.items() if all(getattr(step, key) == fixed[key] for key in fixed))

@@ -2,31 +2,28 @@
 
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
 
 from motorcade.program.blocks import plain
-from motorcade.program.model import (
-    Followers,
-    Program,
-    align,
-    bare,
-    without_ids,
-)
+from motorcade.program.model import Followers, Program, bare
 from motorcade.program.python_calls import Node, parameters_of
 from motorcade.program.python_comments import (
     INDENT,
     LONGEST_LINE,
     Comments,
+    WrittenStep,
+    comments_in,
     comments_of,
     import_of,
     indented,
+    items_of,
+    merged,
     nodes,
     with_imports,
 )
 from motorcade.program.python_functions import functions_text, updated_functions
 from motorcade.program.python_reader import VARIABLE, PythonProgram, read_python
-from motorcade.program.python_text import name_of, needs_statements, values_of
-from motorcade.program.steps import Step
+from motorcade.program.python_text import StatementTexts, name_of, needs_statements, settings_of, values_of
+from motorcade.program.steps import Step, walk
 
 
 def python_text(program: Program) -> str:
@@ -38,7 +35,7 @@ def python_text(program: Program) -> str:
         return functions_text(program)
     writer = _Writer(None)
     call = writer.program(program)
-    return f"{import_of({name: name for name in writer.used})}\n\n{VARIABLE} = {call}\n"
+    return f"{import_of({name: name for name in writer.texts.used})}\n\n{VARIABLE} = {call}\n"
 
 
 def updated_text(text: str | PythonProgram, program: Program) -> str:
@@ -57,41 +54,22 @@ def updated_text(text: str | PythonProgram, program: Program) -> str:
     writer = _Writer(old)
     call = writer.program(program)
     text = old.source.text[: old.root.start] + call + old.source.text[old.root.end :]
-    return with_imports(text, old, writer.used)
-
-
-@dataclass(slots=True)
-class _Item(Comments):
-    """A step to write: with its comments, the steps inside it, and its present text where that can stay."""
-
-    step: Step | None = None
-    inside: list["_Item"] = field(default_factory=list)
-    text: str = ""
-
-    def all_comments(self) -> list[str]:
-        """Its comments and those of the steps inside it."""
-        return [*self.before, *_comments_in(self.inside), *self.end, *self.behind]
-
-    def has_comments_inside(self) -> bool:
-        return bool(self.end or _comments_in(self.inside))
-
-
-def _comments_in(items: Iterable[_Item]) -> list[str]:
-    """Return the comments of items, and of the steps inside them."""
-    return [comment for item in items for comment in item.all_comments()]
+    return with_imports(text, old, writer.texts.used)
 
 
 class _Writer:
-    """Writes one program; ``used`` collects the names that its text needs."""
+    """Writes one program; ``texts`` collects the names that its text needs."""
 
     def __init__(self, old: PythonProgram | None) -> None:
-        self.used: set[str] = set()
         self._old = old
         self._nodes: dict[str, Node] = {}
         self._comments: dict[str, Comments] = defaultdict(Comments)
+        imports: dict[str, str] = {}
         if old is not None:
+            imports = old.imports
             self._nodes = dict(nodes(old.root))
             self._comments = comments_of(old, old.root)
+        self.texts = StatementTexts(imports)
 
     def program(self, program: Program) -> str:
         """Return the call of Program, over several lines."""
@@ -103,27 +81,26 @@ class _Writer:
             followers_text = self._followers(program.followers, followers)
             rows += self._argument("followers", f"followers={followers_text}", 1)
         else:
-            rows += indented(_comments_in(followers), 1)
+            rows += indented(comments_in(followers), 1)
         if program.profile != parameters_of(Program)[1]["profile"]:
             rows += self._argument("profile", f"profile={program.profile!r}", 1)
         for comments in self._comments.values():
             left += [*comments.before, *comments.behind, *comments.end]
         return self._call(Program.__name__, rows + indented(left, 1), 0)
 
-    def _old_items(self) -> tuple[list[_Item], list[_Item]]:
+    def _old_items(self) -> tuple[list[WrittenStep], list[WrittenStep]]:
         """Return the steps of the leader and of the followers in the present text."""
         if self._old is None:
             return [], []
         program = self._old.program
-        leader = self._items(program.leader, "leader")
+        leader = items_of(program.leader, "leader", self._old, self._nodes, self._comments)
         if program.followers is None:
             return leader, []
-        return leader, self._items(program.followers.steps, "followers.steps")
+        steps = program.followers.steps
+        return leader, items_of(steps, "followers.steps", self._old, self._nodes, self._comments)
 
-    def _followers(self, followers: Followers, old: list[_Item]) -> str:
-        usual = parameters_of(Followers)[1]
-        given = {name: getattr(followers, name) for name in usual}
-        settings = {name: value for name, value in given.items() if value != usual[name]}
+    def _followers(self, followers: Followers, old: list[WrittenStep]) -> str:
+        settings = settings_of(followers)
         path = "followers"
         if "followers.steps" in self._nodes:
             path = "followers.steps"
@@ -134,74 +111,40 @@ class _Writer:
             rows += self._argument(f"followers.{name}", f"{name}={plain(value)!r}", 2)
         return self._call(Followers.__name__, [*rows, *self._end("followers", 2)], 1)
 
-    def _list(self, old: list[_Item], row: Sequence[Step], path: str, depth: int) -> str:
+    def _list(self, old: list[WrittenStep], row: Sequence[Step], path: str, depth: int) -> str:
         """Return steps as a list, one a line; ``path`` is the part with the comments at its end."""
-        items, left = _merged(old, row)
+        items, left = merged(old, row)
         lines = self._lines(items, depth + 1) + indented(left, depth + 1) + self._end(path, depth + 1)
         if not lines:
             return "[]"
         return "\n".join(["[", *lines, INDENT * depth + "]"])
 
-    def _lines(self, items: Iterable[_Item], depth: int) -> list[str]:
+    def _lines(self, items: Iterable[WrittenStep], depth: int) -> list[str]:
         """Return the lines of steps with their comments."""
         return [line for item in items for line in _commented(self._text(item, depth), item, depth)]
 
-    def _text(self, item: _Item, depth: int) -> str:
+    def _text(self, item: WrittenStep, depth: int) -> str:
         """Return a step's text: on one line where that is short enough and no comment stands inside."""
-        positional, named, name = self._values(item)
-        if not item.has_comments_inside():
+        inside = item.inside()
+        if not item.comments_inside():
             text = self._one_line(item)
-            if not item.inside or len(text) + len(INDENT) * depth < LONGEST_LINE:
+            if not inside or len(text) + len(INDENT) * depth < LONGEST_LINE:
                 return text
+        positional, named = values_of(item.step)
         rows = indented([f"{value}," for value in positional], depth + 1)
-        rows += self._lines(item.inside, depth + 1)
+        rows += self._lines(inside, depth + 1)
         rows += indented(item.end, depth + 1)
         rows += indented([f"{value}," for value in named], depth + 1)
-        return self._call(name, rows, depth)
+        return self._call(name_of(item.step), rows, depth)
 
-    def _one_line(self, item: _Item) -> str:
+    def _one_line(self, item: WrittenStep) -> str:
         if item.text:
-            self.used.update(_names_in(item))
+            self.texts.used |= {name_of(step) for _, step in walk([item.step], "")}
             return item.text
-        positional, named, name = self._values(item)
-        self.used.add(name)
-        inside = [self._one_line(step) for step in item.inside]
-        return f"{self._called(name)}({', '.join([*positional, *inside, *named])})"
-
-    def _values(self, item: _Item) -> tuple[list[str], list[str], str]:
-        """Return a step's values that stand by their position, those that are named, and the step's name."""
-        return values_of(item.step)
-
-    def _items(self, row: Sequence[Step], path: str) -> list[_Item]:
-        """Return the steps of the present text with their comments."""
-        items = []
-        for number, step in enumerate(row):
-            place = f"{path}[{number}]"
-            own = self._comments.pop(place, Comments())
-            item = _Item(own.before, own.behind, own.end, step)
-            for name, inside in step.lists.items():
-                item.inside += self._items(inside, f"{place}.{step.inside_at[name]}")
-            if self._old is not None:
-                node = self._nodes[place]
-                text = self._old.source.text[node.start : node.end]
-                # Steps over several lines are written anew.
-                if "\n" not in text:
-                    item.text = text
-            if not item.inside:
-                # A comment between the values of a step.
-                item.before, item.end = item.before + item.end, []
-            items.append(item)
-        return items
+        return self.texts.call_around(item.step, map(self._one_line, item.inside()))
 
     def _call(self, name: str, rows: Iterable[str], depth: int) -> str:
-        self.used.add(name)
-        return "\n".join([f"{self._called(name)}(", *rows, f"{INDENT * depth})"])
-
-    def _called(self, name: str) -> str:
-        """Return the name that something of motorcade has in the text."""
-        if self._old is None:
-            return name
-        return self._old.imports.get(name, name)
+        return "\n".join([f"{self.texts.name(name)}(", *rows, f"{INDENT * depth})"])
 
     def _argument(self, path: str, text: str, depth: int) -> list[str]:
         """Return the lines of an argument with the comments around it."""
@@ -215,30 +158,6 @@ class _Writer:
         return indented(end, depth)
 
 
-def _merged(old: list[_Item], row: Sequence[Step]) -> tuple[list[_Item], list[str]]:
-    """Return the items of a new row, which take over the comments of the old ones, and the comments left at its end.
-
-    The comments of a step that is gone stand before the next one that stayed.
-    """
-    places = align([item.step for item in old if item.step], row)
-    gone = [position for position in range(len(old)) if position not in places]
-    items = []
-    for step, place in zip(row, places, strict=True):
-        if place is None:
-            items.append(_Item(step=step, inside=_merged([], step.inside)[0]))
-            continue
-        before = old[place]
-        orphaned = _comments_in(old[position] for position in gone if position < place)
-        gone = [position for position in gone if position > place]
-        item = _Item([*orphaned, *before.before], before.behind, list(before.end), step)
-        item.inside, left = _merged(before.inside, step.inside)
-        item.end = left + item.end
-        if before.step and without_ids(step) == without_ids(before.step):
-            item.text = before.text
-        items.append(item)
-    return items, _comments_in(old[position] for position in gone)
-
-
 def _commented(text: str, comments: Comments, depth: int) -> list[str]:
     """Return the lines of a text with the comments before and behind it; one comment fits behind it on its line."""
     line = f"{text},"
@@ -247,7 +166,3 @@ def _commented(text: str, comments: Comments, depth: int) -> list[str]:
         line += f"  {comments.behind[0]}"
         before += comments.behind[1:]
     return indented([*before, line], depth)
-
-
-def _names_in(item: _Item) -> set[str]:
-    return {name_of(item.step)}.union(*map(_names_in, item.inside))

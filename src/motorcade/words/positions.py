@@ -18,13 +18,15 @@ AVOID_DURATION_AT = 14
 VOICE_AT = 13
 PIR_AT = 12
 FLOOR_AT = 11
-# The same of what ends a state of a leader that decides, and of a flow word.
+# The same of what ends a state of a leader that decides.
 UNTIL_AT = 7
 UNTIL_NOT_AT = 6
 UNTIL_LEVEL_AT = 4
-OP_AT = 28
-TARGET_AT = 20
-CONDITION_AT = 16
+# The same of a flow word, in its upper half (up to the condition) or its lower half, of 16 bits each: a chip is slow
+# with integers from 2^30 up.
+OP_AT = 12
+TARGET_AT = 4
+CONDITION_AT = 0
 IF_NOT_AT = 15
 LEVEL_AT = 13
 COUNTER_AT = 11

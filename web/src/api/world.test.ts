@@ -1,17 +1,7 @@
 import { bytesOf, PlayedStream } from "./testStream";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import {
-  decodePicture,
-  EventColumn,
-  Flag,
-  KINDS,
-  type LinkState,
-  NO_INDEX,
-  type Picture,
-  sessionOfWindow,
-  LOSS_REASONS,
-  WorldConnection,
-} from "./world";
+import { decodePicture, EventColumn, Flag, KINDS, NO_INDEX, type Picture, LOSS_REASONS } from "./world";
+import { type LinkState, sessionOfWindow, WorldConnection } from "./worldConnection";
 
 // Two cars and one event.
 const GOLDEN =

@@ -14,7 +14,7 @@ import { usePair } from "../pair/store";
 import { attempt } from "../projects/actions";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { Divider, ErrorBoundary, reload } from "../ui/areas";
+import { Divider, ErrorBoundary, reload } from "../ui/panes";
 import { collectEdits } from "../words/compiling";
 import { Dialogs, Notices, ServerBanner } from "./Dialogs";
 import { Drawer } from "./Drawer";

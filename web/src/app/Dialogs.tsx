@@ -1,7 +1,7 @@
 import { createElement, lazy, Suspense } from "react";
 import { useTexts } from "../i18n";
 import { closeDialog, type DialogName, notify, useDialogs, dismiss } from "../state/dialogs";
-import { ErrorBoundary, reload } from "../ui/areas";
+import { ErrorBoundary, reload } from "../ui/panes";
 import { IconButton, TextButton } from "../ui/controls";
 import { Icon } from "../ui/icons";
 import QuestionDialog from "../ui/QuestionDialog";

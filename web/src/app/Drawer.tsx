@@ -4,7 +4,7 @@ import { useStops } from "../certainty/stops";
 import { useTexts } from "../i18n";
 import { openDialog } from "../state/dialogs";
 import { type DrawerTab, type Level, LEVELS, openDrawer, useSettings } from "../state/settings";
-import { Divider, usePrinting } from "../ui/areas";
+import { usePrinting, Divider } from "../ui/panes";
 import { classes } from "../ui/classes";
 import { IconButton, TextButton } from "../ui/controls";
 import { Icon } from "../ui/icons";

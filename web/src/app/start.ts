@@ -9,7 +9,7 @@ import { registerBlockStops } from "../certainty/stops";
 import { languageNow, say } from "../i18n";
 import { toggleChase } from "../mat/store";
 import { request } from "../api/service";
-import { takeOwnWorld } from "../api/world";
+import { takeOwnWorld } from "../api/worldConnection";
 import { openSharedLink, save } from "../projects/actions";
 import { attemptInClass, findPupilsWork, lookAt, looking, startPupil } from "../pupil/store";
 import { autosave } from "../projects/autosave";

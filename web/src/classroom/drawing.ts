@@ -5,7 +5,7 @@ import type { WallWorld } from "../generated/classroom";
 import { columnBytes, columnsOf } from "../generated/world";
 import { inLanguage, languageNow } from "../i18n";
 import { around, type Box, boxAround, boxOfMat, cameraOn, grown } from "../mat/camera";
-import { type CarLook, carAt } from "../mat/carLooks";
+import { type CarLook, carAt } from "../mat/carLook";
 import { paint, viewOf } from "../mat/painter";
 import { once } from "../mat/ways";
 

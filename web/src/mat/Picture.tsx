@@ -2,7 +2,7 @@ import { type Ref, useEffect, useRef, useState } from "react";
 import type { MissionZone } from "../generated/messages";
 import { sharpContext, watchSize } from "../ui/areas";
 import { type Box, boxOfMat, boxOfPoints, cameraOn, grown } from "./camera";
-import { type CarLook, carAt } from "./carLooks";
+import { type CarLook, carAt } from "./carLook";
 import { watchTheme } from "./colours";
 import type { Mat, Point } from "./document";
 import { paint, type View, viewOf } from "./painter";

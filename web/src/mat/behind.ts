@@ -5,7 +5,8 @@
  */
 
 import type { Size } from "./camera";
-import { type CarLook, carMarks } from "./carLooks";
+import { carMarks } from "./carLooks";
+import { type CarLook } from "./carLook";
 import { DARK, dot } from "./carPaint";
 import { pageFont, plateColour } from "./colours";
 import { listOf, personAt, type Point } from "./document";

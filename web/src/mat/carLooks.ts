@@ -1,6 +1,7 @@
-/** What cars look like at a moment: colours by their words, lights, wheels that turn, signs of lost messages, dances. */
+/** How the looks of cars change with each picture: colours by their words, lights, wheels that turn, signs of lost messages, dances. */
 
-import { NO_LED, type Picture } from "../api/world";
+import type { Picture } from "../api/world";
+import { type CarLook, carAt, LEADER_SIZE, MOST_RICH } from "./carLook";
 import { LEDS, carColour, hexColour, type WordColours } from "./colours";
 import { DARK, LAMPS, type LossSign } from "./carPaint";
 import { type DanceMove, poseAt } from "./dance";
@@ -17,52 +18,6 @@ const TREAD = 0.195;
 const TRACK = 0.68;
 /** A car that was moved by hand rolls on no wheel. */
 const MOST_ROLLED = 2;
-
-/** More cars than these are painted as simple sprites: without wheels, face and plate. */
-export const MOST_RICH = 200;
-
-/** A car as it is painted; lengths are metres. */
-export interface CarLook {
-  x: number;
-  y: number;
-  /** Radians. */
-  heading: number;
-  colour: string;
-  leads: boolean;
-  /** How large it is, compared with the others. */
-  size: number;
-  /** The number of the light that is on, and its colour; null for none. */
-  led: number;
-  light: string | null;
-  blinks: boolean;
-  /** The picture of each wheel's turn. */
-  wheels: readonly [left: number, right: number];
-  loss: { sign: LossSign; alpha: number } | null;
-  /** What stands on its plate, or null for none. */
-  number: number | null;
-  /** What is written above it. */
-  name?: string;
-  sends: boolean;
-}
-
-const LEADER_SIZE = 1.15;
-
-/** A car that stands and does nothing. */
-export const carAt = (x: number, y: number, heading: number, leads: boolean, colour: string, led: number = NO_LED): CarLook => ({
-  x,
-  y,
-  heading,
-  colour,
-  leads,
-  size: leads ? LEADER_SIZE : 1,
-  led,
-  light: LEDS[led] === undefined ? null : hexColour(LEDS[led]),
-  blinks: false,
-  wheels: [0, 0],
-  loss: null,
-  number: null,
-  sends: false,
-});
 
 /** What is remembered of a car from one drawing to the next. */
 interface Memory {

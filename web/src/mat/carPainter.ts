@@ -2,7 +2,7 @@
  * Paints one car, put together of sprites that are painted once.
  */
 
-import type { CarLook } from "./carLooks";
+import type { CarLook } from "./carLook";
 import { LAMPS } from "./carPaint";
 import { plateColour } from "./colours";
 import { bodySprite, glowSprite, ledSprite, plateSprite, shadowSprite, wheelSprite } from "./sprites";

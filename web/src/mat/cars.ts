@@ -1,6 +1,7 @@
 /** The cars of a mat: single ones and crowds. Single cars have the first numbers, then each crowd in turn. */
 
-import { type Car, type Crowd, FURNITURE, listOf, mapPoints, type Mat, type Point, rounded, withList, without } from "./document";
+import { type Car, type Crowd, FURNITURE, listOf, type Mat, type Point, rounded, without } from "./document";
+import { mapPoints, withList } from "./edits";
 
 export interface CarPoses {
   x: ArrayLike<number>;

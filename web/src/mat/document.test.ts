@@ -1,26 +1,27 @@
 import { describe, expect, it } from "vitest";
 import * as cars from "./cars";
-import * as edit from "./document";
-import { canLose, changed, type FurnitureKind, type Mat, type PieceId, retimed, withoutPoint, withPointAfter } from "./document";
+import { type FurnitureKind, type Mat, type PieceId, FURNITURE, drivesLike, floorOf, handlesOf, lossOf, personAt, pieceOf, rounded } from "./document";
+import * as edit from "./edits";
+import { canLose, changed, retimed, withoutPoint, withPointAfter } from "./edits";
 
 const EMPTY: Mat = { format: "motorcade-mat/1", name: "Table", size_m: [4, 3], edge: "wall" };
 
 function full(): Mat {
-  return edit.FURNITURE.reduce((mat, kind) => edit.added(mat, kind, [1, 2]).mat, EMPTY);
+  return FURNITURE.reduce((mat, kind) => edit.added(mat, kind, [1, 2]).mat, EMPTY);
 }
 
 describe("furniture", () => {
-  it.each(edit.FURNITURE)("%s: is added, moved, duplicated, removed, and the old document stays", (kind: FurnitureKind) => {
+  it.each(FURNITURE)("%s: is added, moved, duplicated, removed, and the old document stays", (kind: FurnitureKind) => {
     const { mat, id } = edit.added(EMPTY, kind, [1, 2]);
     expect(EMPTY).not.toHaveProperty(kind);
-    const handles = edit.handlesOf(edit.pieceOf(mat, id)!);
+    const handles = handlesOf(pieceOf(mat, id)!);
     const movedOn = edit.moved(mat, id, 0.5, -1);
-    expect(edit.handlesOf(edit.pieceOf(movedOn, id)!)).toEqual(
-      handles.map(([x, y]) => [edit.rounded(x + 0.5), edit.rounded(y - 1)]),
+    expect(handlesOf(pieceOf(movedOn, id)!)).toEqual(
+      handles.map(([x, y]) => [rounded(x + 0.5), rounded(y - 1)]),
     );
     const copy = edit.duplicated(mat, id);
     expect(copy.id).toEqual({ kind, place: 1 });
-    expect(edit.pieceOf(copy.mat, copy.id)).not.toEqual(edit.pieceOf(mat, id));
+    expect(pieceOf(copy.mat, copy.id)).not.toEqual(pieceOf(mat, id));
     expect(edit.removed(copy.mat, copy.id)).toEqual(mat);
     expect(edit.removed(mat, id)).toEqual(EMPTY);
   });
@@ -31,7 +32,7 @@ describe("furniture", () => {
     ["disc", 0, [1, 2], { centre_m: [1, 2], radius_m: 0.02 }],
   ] as const)("a %s is reshaped by its handle %i", (kind, handle, point, expected) => {
     const { mat, id } = edit.added(EMPTY, kind, [1, 2]);
-    expect(edit.pieceOf(edit.reshaped(mat, id, handle, point), id)).toEqual(expected);
+    expect(pieceOf(edit.reshaped(mat, id, handle, point), id)).toEqual(expected);
   });
 
   it("of one kind leaves the others alone", () => {
@@ -52,13 +53,13 @@ it.each([
     [2, 2, 0],
     [4, 2, 2],
   ] as const;
-  expect(edit.personAt({ path, repeats: true }, tMs)).toEqual(expected);
-  if (tMs >= 4000) expect(edit.personAt({ path }, tMs)).toEqual([2, 2]);
+  expect(personAt({ path, repeats: true }, tMs)).toEqual(expected);
+  if (tMs >= 4000) expect(personAt({ path }, tMs)).toEqual([2, 2]);
 });
 
 it.each([0, 0.05, 0.5, 0.95])("a loss of %f is found again", (share) => {
   const mat = edit.withLoss({ ...EMPTY, physics: { collisions: false } }, share);
-  expect(edit.lossOf(mat)).toBeCloseTo(share, 3);
+  expect(lossOf(mat)).toBeCloseTo(share, 3);
   expect(mat.physics?.collisions).toBe(false);
   expect("bit_error_rate" in mat.physics!).toBe(share > 0);
 });
@@ -167,9 +168,9 @@ it("the slider reaches 0, each small number, and 1,000", () => {
 });
 
 it("a mat drives alike on every floor; a new one is a wooden table", () => {
-  expect(edit.floorOf(EMPTY)).toBe("table");
-  expect(edit.floorOf({ ...EMPTY, floor: "moon" })).toBe("moon");
-  expect(edit.drivesLike(EMPTY, { ...EMPTY, floor: "moon" })).toBe(true);
-  expect(edit.drivesLike(EMPTY, { ...EMPTY, floor: "moon", edge: "open" })).toBe(false);
+  expect(floorOf(EMPTY)).toBe("table");
+  expect(floorOf({ ...EMPTY, floor: "moon" })).toBe("moon");
+  expect(drivesLike(EMPTY, { ...EMPTY, floor: "moon" })).toBe(true);
+  expect(drivesLike(EMPTY, { ...EMPTY, floor: "moon", edge: "open" })).toBe(false);
   expect(cars.beginning({ ...EMPTY, floor: "moon" })).toBe(cars.beginning(EMPTY));
 });

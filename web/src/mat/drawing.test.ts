@@ -1,5 +1,6 @@
 import { describe, expect, it } from "vitest";
-import { between, boxOf, fitted, framed, isWellFramed, panned, scaleBar, shortestPx, toScreen, toWorld, zoomed } from "./camera";
+import { shortestPx, toScreen, toWorld } from "./camera";
+import { between, boxOf, fitted, framed, isWellFramed, panned, scaleBar, zoomed } from "./framing";
 import { boxAt, discAt, touchesMat } from "../missions/draft";
 import type { Mat, Point } from "./document";
 import { Motion } from "./motion";

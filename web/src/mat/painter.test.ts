@@ -1,6 +1,7 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { eyeBehind, paintBehind } from "./behind";
-import { framed, isWellFramed, toScreen } from "./camera";
+import { toScreen } from "./camera";
+import { framed, isWellFramed } from "./framing";
 import { CarLooks } from "./carLooks";
 import type { Mat } from "./document";
 import { Motion } from "./motion";

@@ -8,7 +8,7 @@
  */
 
 import type { Camera } from "./camera";
-import { type CarLook, MOST_RICH } from "./carLooks";
+import { type CarLook, MOST_RICH } from "./carLook";
 import { paintBody, paintUnder, type SeenCar } from "./carPainter";
 import { type MatTheme, pageFont } from "./colours";
 import { type FloorName, listOf, type Mat, personAt, type Point } from "./document";

@@ -1,6 +1,7 @@
 /** Mouse, pen and fingers on the mat: find what lies under them, drag it or the mat itself, and zoom. */
 
-import { panned, toWorld, zoomed } from "./camera";
+import { toWorld } from "./camera";
+import { panned, zoomed } from "./framing";
 import { FURNITURE, handlesOf, listOf, type Mat, personAt, pieceOf, type Piece, type PieceId, type Point } from "./document";
 import type { Drawn } from "./motion";
 import { ROAD_M } from "./marks";

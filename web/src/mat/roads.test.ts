@@ -1,5 +1,6 @@
 import { describe, expect, it } from "vitest";
-import { added, type Car, type Line, type Mat, newPiece, type Point } from "./document";
+import { type Car, type Line, type Mat, type Point } from "./document";
+import { added, newPiece } from "./edits";
 import { convoyOn, hasRoomForTile, REACH_M, roadOf, simplified, turnedRoad, withRoad, withTile } from "./roads";
 import { roadMarks } from "./marks";
 import { distanceToPiece, hasRoomForCar, hasRoomForPiece } from "./room";

@@ -1,6 +1,7 @@
 /** Roads that are drawn by hand or laid in tiles, and cars put on them. Each edit returns a new document. */
 
-import { BEND_M, type Car, type Line, listOf, type Mat, type PieceId, type Point, rounded, withList } from "./document";
+import { type Car, type Line, listOf, type Mat, type PieceId, type Point, rounded } from "./document";
+import { BEND_M, withList } from "./edits";
 import { distanceToLine, distanceToPiece, isOnMat } from "./room";
 import { alongWay, distance, lengthOf, LINE_M, wayOf } from "./ways";
 

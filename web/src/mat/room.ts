@@ -1,6 +1,7 @@
 /** Where there is room on a mat: new things are put beside what stands there, never onto it. */
 
-import { FURNITURE, type FurnitureKind, handlesOf, isFlat, listOf, type Mat, newPiece, type Piece, type Point } from "./document";
+import { FURNITURE, type FurnitureKind, handlesOf, isFlat, listOf, type Mat, type Piece, type Point } from "./document";
+import { newPiece } from "./edits";
 import { distance, stretchesOf } from "./ways";
 
 /** Kept free around everything, in metres. */

@@ -1,17 +1,7 @@
 /** The page's side of its world: sends the server what differs from what it has, and takes its answers and pictures. */
 
-import {
-  type Answer,
-  type Command,
-  type WorldHello,
-  type LinkState,
-  type Picture,
-  type Pose,
-  poseIn,
-  sessionOfWindow,
-  WorldConnection,
-  type WorldState,
-} from "../api/world";
+import { type Answer, type Command, type WorldHello, type Picture, type Pose, poseIn, type WorldState } from "../api/world";
+import { type LinkState, sessionOfWindow, WorldConnection } from "../api/worldConnection";
 import type { Playing } from "../pair/store";
 import { keep } from "../state/storage";
 import { useStudio } from "../state/studio";

@@ -1,7 +1,8 @@
 /** What the parts of the mat share: the state of the world, the view, and how the document is edited. */
 
 import { create } from "zustand";
-import type { CarDetails, Goals, WorldHello, LinkState, Pose, WorldProblem, WorldState } from "../api/world";
+import type { CarDetails, Goals, WorldHello, Pose, WorldProblem, WorldState } from "../api/world";
+import type { LinkState } from "../api/worldConnection";
 import type { CarThought, Decided, Stopped } from "../generated/messages";
 import { say } from "../i18n";
 import { notify } from "../state/dialogs";

@@ -8,7 +8,7 @@ import { Choice } from "../ui/fields";
 import { Picture } from "../mat/Picture";
 import { attempt } from "../projects/actions";
 import { closeDialog, openNotes, useDialogs } from "../state/dialogs";
-import { usePrintedSheet } from "../ui/areas";
+import { usePrintedSheet } from "../ui/panes";
 import { Sheet, TextButton } from "../ui/controls";
 import { playMission } from "./store";
 import controls from "../ui/controls.module.css";

@@ -6,7 +6,7 @@
  * takes a place marks it, and a page that finds another's mark at its place goes on at a new one, with all of its work.
  */
 
-import { uniqueName } from "../api/world";
+import { uniqueName } from "../api/worldConnection";
 import type { OpenedProject, WorkspaceState } from "../api/types";
 import { say } from "../i18n";
 import { notify } from "../state/dialogs";

@@ -2,7 +2,7 @@ import { lazy, Suspense, useEffect } from "react";
 import { Button } from "react-aria-components";
 import { FixButtons } from "../blocks/fixes";
 import { inLanguage, useTexts } from "../i18n";
-import { ErrorBoundary } from "../ui/areas";
+import { ErrorBoundary } from "../ui/panes";
 import { classes } from "../ui/classes";
 import { followBlocks, updateText, usePython } from "./text";
 import buttons from "../ui/buttons.module.css";

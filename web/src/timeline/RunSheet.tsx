@@ -8,7 +8,7 @@ import { Stars } from "../missions/Stars";
 import { useMission } from "../missions/store";
 import { useSettings } from "../state/settings";
 import { useStudio, useWords } from "../state/studio";
-import { usePrintedSheet } from "../ui/areas";
+import { usePrintedSheet } from "../ui/panes";
 import { classes } from "../ui/classes";
 import { Sheet, TextButton } from "../ui/controls";
 import { storyOf } from "../words/story";

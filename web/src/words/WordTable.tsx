@@ -8,7 +8,7 @@ import { shownDecisions, useMat } from "../mat/store";
 import { usePython } from "../python/text";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { usePrinting, useScroll } from "../ui/areas";
+import { usePrinting, useScroll } from "../ui/panes";
 import { bitsOf, blockOf, colourOf, fieldsOf, hasBlockIn, isLit, isNarrow, spansOf, fieldMeaning } from "./bits";
 import { Counters } from "./Counters";
 import { askedKeyOf, askedBy, asks } from "./deciding";

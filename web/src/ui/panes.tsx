@@ -1,7 +1,8 @@
-/** What the page's areas share: a divider, a boundary around one that may fail, sharp canvases, and listeners that can be ended. */
+/** What the page's areas share: a divider between two, a boundary around one that may fail, how far one is scrolled, and printing. */
 
 import { Component, useEffect, useRef, useState, type KeyboardEvent, type PointerEvent, type ReactNode, type RefObject } from "react";
 import { flushSync } from "react-dom";
+import { endAll, listen, watchSize } from "./areas";
 import areas from "./areas.module.css";
 
 interface DividerProps {
@@ -78,30 +79,10 @@ export class ErrorBoundary extends Component<ErrorBoundaryProps, { failed: boole
   }
 }
 
-/** Call back now and whenever the size of an element changes; returns a function that ends this. */
-export function watchSize(element: Element, changed: () => void): () => void {
-  const observer = new ResizeObserver(changed);
-  observer.observe(element);
-  return () => observer.disconnect();
+/** Load the page again: a browser doesn't fetch a failed part of a page a second time. Autosave keeps the work. */
+export function reload(): void {
+  location.reload();
 }
-
-const CALM = matchMedia("(prefers-reduced-motion: reduce)");
-
-/** Whether the user wants nothing to move by itself. */
-export const isCalm = () => CALM.matches;
-
-/** Make a canvas so large, in pixels of the page, and sharp; returns what draws on it by these pixels. */
-export function sharpContext(canvas: HTMLCanvasElement, width: number, height: number): CanvasRenderingContext2D {
-  const sharpness = Math.min(2, devicePixelRatio);
-  const size = { width: Math.round(width * sharpness), height: Math.round(height * sharpness) };
-  if (canvas.width !== size.width || canvas.height !== size.height) Object.assign(canvas, size);
-  const g = canvas.getContext("2d")!;
-  g.setTransform(sharpness, 0, 0, sharpness, 0, 0);
-  return g;
-}
-
-/** A function that calls all of these: each ends something. */
-export const endAll = (...ends: (() => void)[]) => () => ends.forEach((end) => end());
 
 /** How far an element is scrolled down, and how high its view is. */
 export function useScroll(scroller: RefObject<HTMLElement | null>): { top: number; height: number } {
@@ -114,23 +95,11 @@ export function useScroll(scroller: RefObject<HTMLElement | null>): { top: numbe
   return seen;
 }
 
-/** Call back at events of these kinds; returns a function that ends this. */
-export function listen(target: EventTarget, kinds: readonly string[], act: (event: Event) => void, capture = false): () => void {
-  const listening = new AbortController();
-  for (const kind of kinds) target.addEventListener(kind, act, { capture, signal: listening.signal });
-  return () => listening.abort();
-}
-
 /** Whether the page is being printed: all words are then shown in any case. */
 export function usePrinting(): boolean {
   const [printing, setPrinting] = useState(false);
   useEffect(() => listen(window, ["beforeprint", "afterprint"], ({ type }) => flushSync(() => setPrinting(type === "beforeprint"))), []);
   return printing;
-}
-
-/** Load the page again: a browser doesn't fetch a failed part of a page a second time. Autosave keeps the work. */
-export function reload(): void {
-  location.reload();
 }
 
 /** While the component is shown, its sheet is printed in place of the page. */
