@@ -47,8 +47,12 @@ MARKERS |= dict.fromkeys(("cameras", "classroom", "cli", "faults", "fleet", "ser
 # Their tests wait for pages, processes and sockets: one that fails runs once more (docs/adr/0042-second-try.md).
 SECOND_TRY = {"browser", "site", "server", "classroom", "upload", "cameras", "cli", "drive", "fleet"}
 
-# What takes longest begins first, so that all processes end together: these folders and files, then all others.
-FIRST = ("faults", "browser", "test_docs.py", "test_wheel.py", "missions", "portable", "arduino", "cli")
+# What takes longest begins first, so that all processes end together: these folders and files, then all others, none
+# of whose files takes ten seconds.
+FIRST = (
+    *("faults", "browser", "test_docs.py", "missions", "test_wheel.py", "cli", "engine", "arduino", "portable"),
+    *("test_extras.py", "test_architecture.py", "firmware", "site", "export"),
+)
 # The most processor time of one test, in seconds: what is over it belongs to `make soak`, or does something twice.
 MOST_CPU_S = 20
 CPU_PROPERTY = "cpu_s"

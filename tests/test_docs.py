@@ -135,7 +135,7 @@ def test_each_example_and_each_whole_program_opens_in_the_studio(site, language)
         name: example(name).leader for name in titles.values()
     }
     assert [name for name, _ in shown if name not in titles] == ["patrol", "laps"]
-    assert [name for name, _ in map(project_in, links["tutorial"])] == ["square"]
+    assert [name for name, _ in map(project_in, links["tutorial"])] == ["square", "sheepdog"]
     for _, project in shown:
         compiled = compile_blocks(Blocks(project.leader, project.followers, project.profile))
         assert [each for each in compiled.diagnostics if each.severity == "error"] == []

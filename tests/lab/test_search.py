@@ -173,7 +173,7 @@ def test_a_budget_of_0_and_a_mission_whose_runs_change_nothing_are_refused():
     Search(mission(ZONE), "random", 10)
 
 
-@pytest.mark.parametrize("name", ["the-square", "find-the-road", "aac"])
+@pytest.mark.parametrize("name", ["the-square", "find-the-road", "aac", "three-laps", "the-last-car", "hide-and-seek"])
 def test_programs_are_of_the_missions_blocks_and_differ(name):
     wanted = built_in_mission(name)
     source, random = ProgramSource(wanted), Random(1)

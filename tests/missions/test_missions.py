@@ -105,6 +105,9 @@ _IMPORT = f"from motorcade import Followers, Program, {', '.join(STEP_NAMES)}"
 
 
 def program_of(line):
+    """The program of a line, or of a text as pupils write it."""
+    if "def leader" in line:
+        return read_python(f"from motorcade import *\n\n{line}").program
     leader, followers, settings = ([part.strip() for part in line.split("|")] + ["", ""])[:3]
     told = f", followers=Followers([{followers}], {settings})" if followers else ""
     return read_python(f"{_IMPORT}\nprogram = Program(leader=[{leader}]{told})\n").program

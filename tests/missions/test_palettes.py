@@ -7,6 +7,7 @@ import pytest
 from motorcade.locales import catalogue, languages
 from motorcade.missions.document import missions
 from motorcade.program.blocks import SETTINGS_IN_START
+from motorcade.program.flow_steps import FLOW_KINDS
 from motorcade.program.model import Followers, placed_steps
 from motorcade.program.steps import KINDS, own_fields
 
@@ -35,12 +36,38 @@ def hat_of(page, is_start):
     return parts_of(page["startBlocks" if is_start else "blocks"]["followers"])
 
 
+# The blocks of a leader that decides, by the kind that a mission allows; those of conditions come with 'if'.
+DECIDING = {
+    "if": [
+        *("if", "else", "wait_until", "when_not", "when_all", "when_any"),
+        *("when_obstacle", "when_person", "when_voice", "when_floor", "when_chance"),
+    ],
+    "repeat": ["repeat_until", "forever"],
+    "set": ["set", "set_random"],
+    "change": ["change"],
+    "tell": ["tell", "in_turn"],
+    "do": ["define", "do"],
+}
+
+
+def deciding_names(palette, blocks):
+    """The names of these blocks, of what they ask, and of what ends a step."""
+    names = set()
+    if "if" in palette:
+        names |= {*blocks["ends"].values(), *blocks["endsMenu"].values()}
+        names |= {asked.strip("'“”") for asked in blocks["asked"].values()}
+        for kind in {*palette} & {*DECIDING}:
+            names.update(*(parts_of(blocks[block]) for block in DECIDING[kind]))
+    return names
+
+
 def names_in_palette(mission, language):
     """The names of blocks, values and switches that the page shows in a mission, and of the two editors."""
     page, is_start = catalogue(language)["page"], mission.document["level"] == "start"
     blocks = page["startBlocks" if is_start else "blocks"]
     names = {page["editors"]["leader"], page["editors"]["followers"], *hat_of(page, is_start)}
-    for kind in [*mission.palette, *([] if is_start else ["infrared"])]:
+    names |= deciding_names(mission.palette, page["blocks"])
+    for kind in [*({*mission.palette} - {each.kind for each in FLOW_KINDS}), *([] if is_start else ["infrared"])]:
         names |= parts_of(blocks[kind])
         for field in own_fields(KINDS[kind]) if kind in KINDS else ():
             menu = field.metadata.get("menu")

@@ -8,15 +8,30 @@ from typing import Any
 from motorcade.errors import MotorcadeError
 from motorcade.missions.model import Mission
 from motorcade.program.compiler import compile_program
+from motorcade.program.conditions import COMPARISONS, SENSES, Chance, Condition, Counted, Not, Sensing
+from motorcade.program.flow_steps import (
+    ALL_KINDS,
+    ChangeStep,
+    DoStep,
+    IfStep,
+    SetStep,
+    TellStep,
+)
 from motorcade.program.model import Followers, Program
-from motorcade.program.steps import KINDS, RepeatStep, Step, TogetherStep, own_fields
+from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, Step, TogetherStep, own_fields
 
 Steps = tuple[Step, ...]
+# Draws a step that stands so many blocks deep.
+Draw = Callable[[Random, int], Step]
 _SECONDS = (1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 30.0, 60.0)
 _TIMES = (2, 3, 4, 5, 6, 8, 10, 20)
 # Steps in a list that is drawn, and in one that changes may make.
 _DRAWN = 3
 _MOST = 12
+# Blocks that decide hold others so deep. There is one counter, which is asked for small numbers, and one function.
+_DEEPEST = 2
+_COUNTER, _FUNCTION = "count", "own"
+_COUNTS = (0, 1, 2, 3, 4, 5, 8)
 # Programs that don't compile are drawn again, and so are those that were tried already.
 _TRIES = 40
 
@@ -29,22 +44,35 @@ class ProgramSource:
         # The images of programs that were made before.
         self._tried: set[bytes] = set()
         self._has_followers = len(mission.mat.starts.leaders) < len(mission.mat.starts)
-        kinds = [KINDS[kind] for kind in mission.palette]
-        self._simple = [kind for kind in kinds if kind not in (RepeatStep, TogetherStep)]
+        kinds = [ALL_KINDS[kind] for kind in mission.palette]
+        self._simple = [kind for kind in kinds if kind in SIMPLE_KINDS]
         # Kinds that do something by themselves are drawn alone.
         self._alone = [kind for kind in self._simple if not kind.accompanies] or self._simple
         self._repeats = RepeatStep in kinds
         self._joins = TogetherStep in kinds
+        # What a leader that decides has besides; as in the page, conditions come with the block 'if'.
+        self._asks = IfStep in kinds
+        self._counts = ChangeStep in kinds
+        self._has_function = DoStep in kinds
+        self._deciding: list[type[Step]] = [
+            kind for kind in (IfStep, SetStep, ChangeStep, TellStep, DoStep) if kind in kinds
+        ]
+        if self._asks and self._repeats:
+            self._deciding.append(RepeatStep)
 
     def draw(self, random: Random) -> Program:
         """Draw a program."""
 
         def drawn() -> Program:
-            lists = [tuple(self._step(random) for _ in range(random.randint(1, _DRAWN))) for _ in range(2)]
+            leader = self._drawn(random, self._leader_step)
+            steps = self._drawn(random, self._step)
             followers = None
             if self._has_followers:
-                followers = Followers(lists[1], forward=random.random() < 0.7)
-            return Program(lists[0], followers, self._mission.document["profile"])
+                followers = Followers(steps, forward=random.random() < 0.7)
+            functions = {}
+            if self._has_function:
+                functions[_FUNCTION] = self._drawn(random, self._leader_step)
+            return Program(leader, followers, self._mission.document["profile"], functions=functions)
 
         return self._compiled(drawn)
 
@@ -80,10 +108,56 @@ class ProgramSource:
             followers = Followers([])
         return Program([], followers, self._mission.document["profile"])
 
-    def _step(self, random: Random, inside: bool = False) -> Step:
-        """Draw a step; ``inside`` another it is no repetition."""
-        if self._repeats and not inside and random.random() < 0.15:
-            steps = tuple(self._step(random, inside=True) for _ in range(random.randint(1, 2)))
+    def _drawn(self, random: Random, draw: Draw) -> Steps:
+        return tuple(draw(random, 0) for _ in range(random.randint(1, _DRAWN)))
+
+    def _leader_step(self, random: Random, depth: int) -> Step:
+        """Draw a step of the leader."""
+        if not self._deciding:
+            return self._step(random, depth)
+        if depth < _DEEPEST and random.random() < 0.35:
+            return self._deciding_step(random, random.choice(self._deciding), depth)
+        step = self._step(random, depth)
+        if self._asks and type(step) in SIMPLE_KINDS and random.random() < 0.4:
+            return replace(step, until=self._sensing(random), **random.choice(({}, {"seconds": None})))
+        return step
+
+    def _deciding_step(self, random: Random, kind: type[Step], depth: int) -> Step:
+        """Draw a step of a kind that decides."""
+
+        def steps(least: int) -> Steps:
+            return tuple(self._leader_step(random, depth + 1) for _ in range(random.randint(least, 2)))
+
+        if kind is IfStep:
+            return IfStep(self._condition(random), steps(1), steps(0))
+        if kind is RepeatStep:
+            return RepeatStep(None, steps(1), until=self._condition(random))
+        if kind is TellStep:
+            return TellStep(random.choice((None, self._step(random, depth + 1))))
+        if kind is DoStep:
+            return DoStep(_FUNCTION)
+        if kind is SetStep:
+            return SetStep(_COUNTER, random.choice(_COUNTS))
+        return ChangeStep(_COUNTER, random.choice((1, 1, 1, -1)))
+
+    def _sensing(self, random: Random) -> Condition:
+        """Draw what the leader senses, or its absence."""
+        sense = random.choice([*SENSES])
+        found = Sensing(sense, random.randrange(len(SENSES[sense])))
+        return Not(found) if random.random() < 0.3 else found
+
+    def _condition(self, random: Random) -> Condition:
+        """Draw what may be asked between two steps."""
+        if self._counts and random.random() < 0.5:
+            return Counted(_COUNTER, random.choice(COMPARISONS), random.choice(_COUNTS))
+        if random.random() < 0.15:
+            return Chance(random.choice((10, 25, 50, 75, 90)))
+        return self._sensing(random)
+
+    def _step(self, random: Random, depth: int) -> Step:
+        """Draw a step that each car can do; inside another it is no repetition."""
+        if self._repeats and not depth and random.random() < 0.15:
+            steps = tuple(self._step(random, depth + 1) for _ in range(random.randint(1, 2)))
             return RepeatStep(random.choice(_TIMES), steps)
         if self._joins and random.random() < 0.3:
             first = self._simple_step(random, random.choice(self._alone), joined=True)
@@ -98,45 +172,64 @@ class ProgramSource:
         return kind(**values)
 
     def _changed(self, random: Random, program: Program) -> Program:
+        if program.functions and random.random() < 0.2:
+            name = random.choice([*program.functions])
+            steps = self._list_changed(random, program.functions[name], self._leader_step)
+            return replace(program, functions={**program.functions, name: steps})
         followers = program.followers
-        if followers is None or (program.leader and random.random() < 0.3):
-            return Program(self._list_changed(random, program.leader), followers, program.profile)
+        leaders_part = 0.7 if self._deciding else 0.3
+        if followers is None or (program.leader and random.random() < leaders_part):
+            return replace(program, leader=self._list_changed(random, program.leader, self._leader_step))
         if random.random() < 0.1:
-            return Program(program.leader, replace(followers, forward=not followers.forward), program.profile)
-        steps = self._list_changed(random, tuple(followers.steps))
-        return Program(program.leader, replace(followers, steps=steps), program.profile)
+            return replace(program, followers=replace(followers, forward=not followers.forward))
+        steps = self._list_changed(random, tuple(followers.steps), self._step)
+        return replace(program, followers=replace(followers, steps=steps))
 
-    def _list_changed(self, random: Random, steps: Steps, inside: bool = False) -> Steps:
-        """Insert, leave out, exchange or move a step, or change a number in one."""
+    def _list_changed(self, random: Random, steps: Steps, draw: Draw, depth: int = 0) -> Steps:
+        """Insert, leave out, exchange or move a step, or change a number in one; ``draw`` draws another."""
         at = 0
         if steps:
             at = random.randrange(len(steps))
         what = random.random()
         if not steps or (what < 0.2 and len(steps) < _MOST):
-            return (*steps[:at], self._step(random, inside), *steps[at:])
+            return (*steps[:at], draw(random, depth), *steps[at:])
         step = steps[at]
-        if isinstance(step, RepeatStep) and what < 0.6:
-            return (*steps[:at], replace(step, steps=self._list_changed(random, step.steps, True)), *steps[at + 1 :])
+        is_block = isinstance(step, (RepeatStep, IfStep))
+        if is_block and what < 0.6:
+            held, *others = step.lists
+            if others:
+                held = random.choice([held, *others])
+            inside: dict[str, Any] = {held: self._list_changed(random, step.lists[held], draw, depth + 1)}
+            return (*steps[:at], replace(step, **inside), *steps[at + 1 :])
         if what < 0.4:
             # A repetition leaves what it repeats.
-            rest: Steps = ()
-            if isinstance(step, RepeatStep):
-                rest = step.steps
+            rest = step.inside if is_block else ()
             return (*steps[:at], *rest, *steps[at + 1 :])
         if what < 0.5:
-            others = [*steps[:at], *steps[at + 1 :]]
-            others.insert(random.randint(0, len(others)), step)
-            return tuple(others)
-        new = self._tweaked(random, step) if what < 0.85 else self._step(random, inside)
+            rest = (*steps[:at], *steps[at + 1 :])
+            to = random.randint(0, len(rest))
+            return (*rest[:to], step, *rest[to:])
+        new = self._tweaked(random, step) if what < 0.85 else draw(random, depth)
         return (*steps[:at], new, *steps[at + 1 :])
 
     def _tweaked(self, random: Random, step: Step) -> Step:
-        """Change one field of a step, or of one that it holds."""
+        """Change one field of a step, or of one that it holds, or what it asks."""
+        if isinstance(step, IfStep):
+            return replace(step, when=self._condition(random))
+        if step.until is not None and random.random() < 0.5:
+            asked = self._condition if isinstance(step, RepeatStep) else self._sensing
+            return replace(step, until=asked(random))
+        if isinstance(step, TellStep) and step.step is not None:
+            return TellStep(self._tweaked(random, step.step))
         if isinstance(step, TogetherStep):
             at = random.randrange(len(step.steps))
             parts = step.steps
             return TogetherStep((*parts[:at], self._tweaked(random, parts[at]), *parts[at + 1 :]))
-        fields = [its_field for its_field in own_fields(type(step)) if getattr(step, its_field.name) is not None]
+        fields = [
+            its_field
+            for its_field in own_fields(type(step))
+            if its_field.name not in ("counter", "function") and getattr(step, its_field.name) is not None
+        ]
         if not fields:
             return step
         field = random.choice(fields)
@@ -150,6 +243,8 @@ def _value(random: Random, field: Any) -> Any:
         return random.choice(schema["enum"])
     if field.name == "times":
         return random.choice(_TIMES)
+    if field.name in ("to", "by"):
+        return random.choice(_COUNTS)
     if schema["type"] == "integer":
         return random.randint(schema["minimum"], schema["maximum"])
     return random.choice(_SECONDS)

@@ -12,11 +12,11 @@ from motorcade.mats.schema import mat_schema
 from motorcade.missions import car_goals, event_goals, other_goals, score_goals
 from motorcade.missions.goal import LONGEST_S, MOST_GOALS, ZONE, GoalKind
 from motorcade.missions.model import LEVELS
+from motorcade.program.flow_steps import ALL_KINDS
 from motorcade.program.schema import program_schema
-from motorcade.program.steps import KINDS
 
 FORMAT = "motorcade-mission/1"
-PATHS = ("first-drive", "swarm", "words-and-bits", "literature")
+PATHS = ("first-drive", "swarm", "words-and-bits", "leader-decides", "literature")
 EDITS = ("blocks", "bits")
 STARS = 3
 MOST_SEEDS = 10
@@ -70,7 +70,9 @@ def mission_schema() -> Schema:
             order=whole(1, 1000, title="its place on the path", default=1000),
             level=choice(*LEVELS, title="what the page shows", default=LEVELS[0]),
             edits=choice(*EDITS, title="what the pupil changes", default=EDITS[0]),
-            steps=list_of(choice(*KINDS), 1, len(KINDS), title="the kinds of steps that may be used", uniqueItems=True),
+            steps=list_of(
+                choice(*ALL_KINDS), 1, len(ALL_KINDS), title="the kinds of steps that may be used", uniqueItems=True
+            ),
             profile=line(100, title="the kind of cars", default="classroom"),
             seconds=number(1, LONGEST_S, "seconds", title="how long a run lasts", default=30),
             seeds=list_of(

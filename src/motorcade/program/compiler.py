@@ -135,7 +135,7 @@ def _wrong_leader(program: Program, leader: Leader, profile: Profile) -> Iterato
         steps, costs = program.leader, leader.costs()
         yield _too_many("too-many-states", "leader", steps, leader.count, costs, profile.durations_ms[-1])
         return
-    for item in leader.inexpressible:
+    for item in leader.inexpressible.values():
         yield _not_expressible_together(item, profile.durations_ms)
 
 
@@ -169,13 +169,10 @@ class _Followers:
             problem = error("tell-untagged", "followers.tagged")
             self.diagnostics.append(problem.with_fixes(Fix("tagged", "auto")))
         if not self.words:
-            dwell_seconds = settings.dwell_seconds
             self.dwell_ms = self._profile.dwell_ms[0]
-            if dwell_seconds is not None:
-                self.dwell_ms = to_ms(dwell_seconds) or 0
-            if self.dwell_ms not in self._profile.dwell_ms:
-                reason = Phrase("dwell-not-a-level", seconds=f"{dwell_seconds:g}")
-                self._no_dwell("followers.dwell_seconds", None, reason, Fix("dwell_seconds", None))
+            if settings.dwell_seconds is not None:
+                self.dwell_ms = self._named_dwell_ms(settings.dwell_seconds)
+            if not self.dwell_ms:
                 return
         own = len(self.words)
         if own and IN_TURN_STEP not in told:
@@ -183,9 +180,10 @@ class _Followers:
         for step in told:
             if step.step is None:
                 continue
-            word, item = self._told_word(replace(step.step, id=step.id), step)
-            if word is None or item is None:
+            made = self._told_word(replace(step.step, id=step.id), step)
+            if made is None:
                 continue
+            word, item = made
             if word not in self.words:
                 self.words.append(word)
                 self.origins.append(item)
@@ -200,7 +198,7 @@ class _Followers:
         if self.count > MOST_PIECES:
             self.diagnostics.append(error("too-many-told", "leader", count=self.count, most=MOST_PIECES))
 
-    def _told_word(self, step: Step, told: Told) -> tuple[int | None, Item | None]:
+    def _told_word(self, step: Step, told: Told) -> tuple[int, Item] | None:
         """Return the word of a step that followers are told, and its item; None, with an error, where it is none."""
         settings = self._followers
         accept_ir, forward = settings.accept_ir, settings.forward
@@ -212,14 +210,14 @@ class _Followers:
         item = expander.item(step, told.path, accept_ir, forward)
         self.diagnostics += expander.diagnostics
         if item is None:
-            return None, None
+            return None
         found = literal_round([item], self.dwell_ms, self._profile)
         if isinstance(found, int):
             longest = self._profile.durations_ms[-1] / 1000
             seconds = f"{item.total_ms / 1000:g}"
             problem = error("tell-not-one-word", told.path, told.id, seconds=seconds, most=f"{longest:g}")
             self.diagnostics.append(problem.with_fixes(Fix("seconds", longest)))
-            return None, None
+            return None
         return found.words[0], item
 
     def _compile_steps(self, followers: Followers) -> None:
@@ -290,16 +288,23 @@ class _Followers:
         return found
 
     def _literal_round(self, dwell_seconds: float) -> Round | None:
-        dwell_ms = to_ms(dwell_seconds)
-        if dwell_ms not in self._profile.dwell_ms:
-            reason = Phrase("dwell-not-a-level", seconds=f"{dwell_seconds:g}")
-            self._no_dwell("followers.dwell_seconds", None, reason, Fix("dwell_seconds", None))
+        dwell_ms = self._named_dwell_ms(dwell_seconds)
+        if not dwell_ms:
             return None
         found = literal_round(self._items, dwell_ms, self._profile)
         if isinstance(found, int):
             self._refuse_items()
             return None
         return found
+
+    def _named_dwell_ms(self, dwell_seconds: float) -> int:
+        """Return the dwell that the program names; 0, with an error, where the profile has no such one."""
+        dwell_ms = to_ms(dwell_seconds)
+        if dwell_ms in self._profile.dwell_ms:
+            return dwell_ms
+        reason = Phrase("dwell-not-a-level", seconds=f"{dwell_seconds:g}")
+        self._no_dwell("followers.dwell_seconds", None, reason, Fix("dwell_seconds", None))
+        return 0
 
     def _refuse_items(self) -> bool:
         """Add an error for each step that can't be expressed, whatever the others are; return whether there is one."""

@@ -192,11 +192,6 @@ def either(below: float, above: float) -> Phrase:
     return Phrase("seconds-or-seconds", first=f"{below:g}", second=f"{above:g}")
 
 
-def cut_for_leader(item: Item, levels_ms: tuple[int, ...]) -> tuple[int, ...] | None:
-    """The lengths of the states that a leader's step becomes; None where the levels can't express it."""
-    return cut(item.durations_ms, levels_ms[1:], levels_ms)
-
-
 class Round(NamedTuple):
     """One way to send the followers' program.
 

@@ -39,7 +39,7 @@ from motorcade.program.diagnostics import (
     error,
     warning,
 )
-from motorcade.program.expansion import Expander, Item, cut_for_leader
+from motorcade.program.expansion import Expander, Item
 from motorcade.program.flow_steps import TAKEN, ChangeStep, DoStep, FlowStep, IfStep, SetStep, TellStep
 from motorcade.program.fragments import (
     CONDITION_NUMBERS,
@@ -97,6 +97,7 @@ class Leader:
         count: how many words there are, also where they are too many.
         decides: whether the leader decides.
         diagnostics: what is wrong with its steps; ``remarks`` are found when the words are made.
+        inexpressible: the steps that no sum of levels can express, by their place.
         told: what it tells its followers; ``has_tells`` is true also where a word is given as it is.
     """
 
@@ -111,7 +112,7 @@ class Leader:
         self._levels = {duration: level for level, duration in enumerate(profile.durations_ms)}
         self._states: dict[tuple[str, bool], Fragment] = {}
         self._made: dict[tuple[str, int], Fragment] = {}
-        self._inexpressible: dict[str, Item] = {}
+        self.inexpressible: dict[str, Item] = {}
         self._found: dict[tuple[str, str], Diagnostic] = {}
         # Repeats that would be fewer words if there were a counter left.
         self._uncounted: dict[tuple[str, str], Diagnostic] = {}
@@ -146,11 +147,6 @@ class Leader:
         """The names of the counters in the finished words, by their numbers; "" for one without a name."""
         names = self._counters.names
         return tuple(names.get(number, "") for number in range(COUNTERS)) if names else ()
-
-    @property
-    def inexpressible(self) -> list[Item]:
-        """The steps that no sum of levels can express."""
-        return list(self._inexpressible.values())
 
     def costs(self) -> list[int]:
         """How many words each step of the leader takes, in its order."""
@@ -312,9 +308,9 @@ class Leader:
             return self._ended(step.until, item, spare)
         if item.total_ms > MOST_PIECES * self._levels_ms[-1]:
             return self._too_long(item.total_ms)
-        pieces = cut_for_leader(item, self._levels_ms)
+        pieces = cut(item.durations_ms, self._levels_ms[1:], self._levels_ms)
         if pieces is None:
-            self._inexpressible[path] = item
+            self.inexpressible[path] = item
             return Fragment([], 1, takes_time=True)
         code = [Instruction(word, path, step.id) for word in self._words(item, pieces)]
         return Fragment(code, len(code), takes_time=True)
@@ -350,7 +346,7 @@ class Leader:
             return self._too_long(max(finite))
         pieces = cut(finite, self._levels_ms[1:], self._levels_ms)
         if pieces is None:
-            self._inexpressible[item.path] = item._replace(durations_ms=finite, total_ms=max(finite))
+            self.inexpressible[item.path] = item._replace(durations_ms=finite, total_ms=max(finite))
             return Fragment([], 1, takes_time=True)
         if is_endless:
             pieces = (*pieces, longest_ms)

@@ -26,6 +26,8 @@ EXAMPLES: dict[str, Difficulty] = {
     "polite": 2,
     "dance": 3,
     "ripple": 3,
+    "pit-stop": 3,
+    "statues": 3,
 }
 
 # What a project keeps of the page beside its blocks.

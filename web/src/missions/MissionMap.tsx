@@ -53,9 +53,9 @@ function OwnMissions() {
   );
 }
 
-const PATHS = ["first-drive", "swarm", "words-and-bits"] as const;
+const PATHS = ["first-drive", "swarm", "words-and-bits", "leader-decides"] as const;
 
-/** The map: three paths with a station for each mission. */
+/** The map: the paths with a station for each mission. */
 export function MissionMap() {
   const t = useTexts();
   const [missions, setMissions] = useState<MissionEntry[] | null>(null);
