@@ -54,8 +54,10 @@ class Leader:
     def note_end(self):
         self.ended.append(self.memory[brain.STATE])
 
-    def note_flow(self):
-        self.executed.append(self.memory[brain.STATE])
+    notes_flow = 1
+
+    def note_flow(self, index):
+        self.executed.append(index)
 
     def heard_voice(self):
         return self.voice

@@ -71,11 +71,10 @@ void motorcade_car_note_end(struct motorcade_car *of)
     add(memory[MOTORCADE_BRAIN_STATE]);
 }
 
-void motorcade_car_note_flow(struct motorcade_car *of)
+void motorcade_car_note_flow(struct motorcade_car *of, uint8_t index)
 {
     (void)of;
-    add(memory[MOTORCADE_BRAIN_STATE]);
-    add(1);
+    add(index);
 }
 
 /* A frame of the held word or another; some have one or two bits flipped, half of them a tag near the car's own. */
@@ -195,6 +194,7 @@ static void new_car(void)
     now = draw() & MOTORCADE_TICKS_TICKS_MASK;
     if ((random >> 10 & 3) == 0) now |= 0x3FFF0000U;
     car.leads = random >> 12 & 1;
+    car.notes_flow = 1;
     car.memory = memory;
     car.decisions = decisions;
     car.image = &image;

@@ -116,7 +116,7 @@ def test_a_leader_whose_words_take_no_time_is_told_so_and_fills_no_timeline():
 
 
 def test_the_way_to_a_state_has_the_words_of_its_branch():
-    page = page_of(branching({"person": {}}), **SOMEBODY_LATER)
+    page = page_of([{"if": {"when": {"person": {}}, "then": [LIGHT], "else": [STAND]}}], **SOMEBODY_LATER)
     go(page, 0.5)
     way = page.last(Decisions).leaders[0].path
     assert page.words[way[-1]] >> 31 == 0

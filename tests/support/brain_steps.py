@@ -67,8 +67,10 @@ class Steps:
     def note_end(self) -> None:
         self.add(self.memory[brain.STATE])
 
-    def note_flow(self) -> None:
-        self.add(self.memory[brain.STATE], 1)
+    notes_flow = 1
+
+    def note_flow(self, index: int) -> None:
+        self.add(index)
 
     def received_frames(self) -> Iterator[int]:
         while self.bits & 7 == 0:

@@ -11,8 +11,8 @@ from support.studio_page import StudioPage
 Place = Literal["after", "inside", "gap"]
 # The role and the name of what has the focus.
 FOCUSED = """() => {
-    const { activeElement: focused } = document
-    return [focused.getAttribute("role"), focused.getAttribute("aria-label") ?? focused.textContent]
+    const { activeElement: focused, body } = document
+    return focused === body ? [null, ""] : [focused.getAttribute("role"), focused.getAttribute("aria-label") ?? focused.textContent]
 }"""
 
 

@@ -109,8 +109,10 @@ class PlainCar(Car):
     def note_end(self) -> None:
         self.world.record(self._now_ms, self.board.index, "over", "", self.memory[WORD], self.memory[STATE])
 
-    def note_flow(self) -> None:
-        events, car, index = self.world.events, self.board.index, self.memory[STATE]
+    notes_flow = 1
+
+    def note_flow(self, index: int) -> None:
+        events, car = self.world.events, self.board.index
         at_ms, word = self.memory[STARTED_MS], self.image[1 + index]
         following = self.decisions[decisions.NEXT]
         self.world.record(at_ms, car, "flow", "", word, index + NEXT_WORD * following)

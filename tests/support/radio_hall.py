@@ -51,7 +51,9 @@ class RadioCar:
     def note_end(self):
         pass
 
-    def note_flow(self):
+    notes_flow = 0
+
+    def note_flow(self, index):
         pass
 
     def received_frames(self):

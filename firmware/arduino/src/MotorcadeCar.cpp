@@ -26,6 +26,7 @@ void Car::begin() {
   brain_.decisions = decisions_;
   brain_.image = &image_;
   brain_.levels = board_.levels();
+  brain_.notes_flow = 0;
   now_ms_ = board_.now_ms();
   motorcade_receiver_switch_on(receiver_, image_.store->capacity_words());
   motorcade_brain_switch_on(memory_, board_.number(), now_ms_);
@@ -303,7 +304,7 @@ void motorcade_car_note(struct motorcade_car *car, uint8_t kind, uint32_t at_ms,
 // Whoever observes a car sees the states that begin.
 void motorcade_car_note_end(struct motorcade_car *) {}
 
-void motorcade_car_note_flow(struct motorcade_car *) {}
+void motorcade_car_note_flow(struct motorcade_car *, uint8_t) {}
 
 uint32_t motorcade_car_received_frames(struct motorcade_car *car, uint32_t *frame) {
   return motorcade::car_of(car)->received_frame(frame);

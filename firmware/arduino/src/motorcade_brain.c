@@ -1444,39 +1444,47 @@ static uint8_t motorcade_decisions_execute(uint32_t *s, uint8_t *d, uint16_t upp
     return behind;
 }
 
-/* End the running state if its length is over, and go on with the next word, whose index STATE has then.
+/* End the running state if its length is over, execute flow words, and begin a state.
  *
- * Call it until it returns NO_WORD: after a late tick several states may have ended.
+ * With `one_by_one` it executes one flow word, or begins a state. Call it until it returns DONE: after a late tick
+ * several states may have ended.
  *
  * Returns:
- *     BEGUN where a state began, EXECUTED for a flow word, and NO_WORD where the state goes on, or has to wait.
+ *     BEGUN where a state began, EXECUTED behind one flow word, and DONE where the state goes on, or has to wait.
  */
-uint8_t motorcade_decisions_next_word(uint32_t *s, uint8_t *d, const struct motorcade_image *image, const struct motorcade_senses *senses, uint32_t now, const uint32_t *levels)
+uint8_t motorcade_decisions_go_on(uint32_t *s, uint8_t *d, const struct motorcade_image *image, const struct motorcade_senses *senses, uint32_t now, const uint32_t *levels, uint8_t one_by_one)
 {
     if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] && motorcade_brain_end_state(s, now, levels) == 0) {
-        return MOTORCADE_DECISIONS_NO_WORD;
-    }
-    uint8_t left = d[MOTORCADE_DECISIONS_FLOW_LEFT];
-    if (left == 0) {
-        return MOTORCADE_DECISIONS_NO_WORD;
+        return MOTORCADE_DECISIONS_DONE;
     }
     uint8_t index = d[MOTORCADE_DECISIONS_NEXT];
-    uint32_t word = motorcade_image_word(image, (uint32_t)1 + index);
-    uint16_t upper = (uint16_t)(word >> 16);
-    uint8_t behind = (uint8_t)((uint32_t)index + 1);
-    if (behind == d[MOTORCADE_DECISIONS_WORDS]) {
-        behind = 0;
+    uint8_t left = d[MOTORCADE_DECISIONS_FLOW_LEFT];
+    while (left > 0) {
+        uint32_t word = motorcade_image_word(image, (uint32_t)1 + index);
+        uint16_t upper = (uint16_t)(word >> 16);
+        uint8_t behind = (uint8_t)((uint32_t)index + 1);
+        if (behind == d[MOTORCADE_DECISIONS_WORDS]) {
+            behind = 0;
+        }
+        if ((upper >> MOTORCADE_DECISIONS_FLOW_AT) == 0) {
+            s[MOTORCADE_BRAIN_STATE] = index;
+            d[MOTORCADE_DECISIONS_NEXT] = behind;
+            d[MOTORCADE_DECISIONS_FLOW_LEFT] = left;
+            d[MOTORCADE_DECISIONS_VOICES] = 0;
+            motorcade_brain_begin_word(s, word, s[MOTORCADE_BRAIN_STARTED_MS]);
+            return MOTORCADE_DECISIONS_BEGUN;
+        }
+        left = (uint8_t)((uint32_t)left - 1);
+        index = motorcade_decisions_execute(s, d, upper, (uint16_t)(word & MOTORCADE_DECISIONS_LOWER_HALF), behind, image, senses, levels);
+        if (one_by_one) {
+            d[MOTORCADE_DECISIONS_NEXT] = index;
+            d[MOTORCADE_DECISIONS_FLOW_LEFT] = left;
+            return MOTORCADE_DECISIONS_EXECUTED;
+        }
     }
-    s[MOTORCADE_BRAIN_STATE] = index;
-    if ((upper >> MOTORCADE_DECISIONS_FLOW_AT) == 0) {
-        d[MOTORCADE_DECISIONS_NEXT] = behind;
-        d[MOTORCADE_DECISIONS_VOICES] = 0;
-        motorcade_brain_begin_word(s, word, s[MOTORCADE_BRAIN_STARTED_MS]);
-        return MOTORCADE_DECISIONS_BEGUN;
-    }
-    d[MOTORCADE_DECISIONS_FLOW_LEFT] = (uint8_t)((uint32_t)left - 1);
-    d[MOTORCADE_DECISIONS_NEXT] = motorcade_decisions_execute(s, d, upper, (uint16_t)(word & MOTORCADE_DECISIONS_LOWER_HALF), behind, image, senses, levels);
-    return MOTORCADE_DECISIONS_EXECUTED;
+    d[MOTORCADE_DECISIONS_NEXT] = index;
+    d[MOTORCADE_DECISIONS_FLOW_LEFT] = 0;
+    return MOTORCADE_DECISIONS_DONE;
 }
 
 /* Return how long a slot lasts at least: a tag tells only NEWER_SLOTS slots from older ones. */
@@ -1563,13 +1571,14 @@ static const struct motorcade_senses *motorcade_step_decide(struct motorcade_car
     }
     motorcade_decisions_begin_tick(s, d, now);
     uint32_t done = MOTORCADE_DECISIONS_EXECUTED;
-    while (done != MOTORCADE_DECISIONS_NO_WORD) {
-        done = motorcade_decisions_next_word(s, d, car->image, senses, now, levels);
+    while (done != MOTORCADE_DECISIONS_DONE) {
+        uint8_t index = d[MOTORCADE_DECISIONS_NEXT];
+        done = motorcade_decisions_go_on(s, d, car->image, senses, now, levels, car->notes_flow);
         if (done == MOTORCADE_DECISIONS_BEGUN) {
             motorcade_car_note(car, MOTORCADE_STEP_STATE, s[MOTORCADE_BRAIN_STARTED_MS], s[MOTORCADE_BRAIN_WORD], (uint8_t)s[MOTORCADE_BRAIN_STATE]);
         }
         if (done == MOTORCADE_DECISIONS_EXECUTED) {
-            motorcade_car_note_flow(car);
+            motorcade_car_note_flow(car, index);
         }
     }
     return senses;

@@ -36,6 +36,7 @@ struct motorcade_car {
     uint8_t *decisions; /* The argument `d` of `motorcade.car.decisions`; a follower needs none. */
     const struct motorcade_image *image; /* The words of the car's image. */
     const uint32_t *levels; /* The profile's integers. */
+    uint8_t notes_flow; /* 1 where `note_flow` is to be called, which takes time, else 0. */
 };
 
 /* Take note that a state (STATE) or a word (START) begins, or that a word's length is over (OVER).
@@ -44,11 +45,11 @@ struct motorcade_car {
  */
 void motorcade_car_note(struct motorcade_car *car, uint8_t kind, uint32_t at_ms, uint32_t word, uint32_t detail);
 
-/* Take note that the condition of a state ends it now; STATE of the memory is its index. */
+/* Take note that the condition of the running state ends it now. */
 void motorcade_car_note_end(struct motorcade_car *car);
 
-/* Take note that the flow word whose index is STATE of the memory was executed. */
-void motorcade_car_note_flow(struct motorcade_car *car);
+/* Take note that the flow word with this index was executed. */
+void motorcade_car_note_flow(struct motorcade_car *car, uint8_t index);
 
 /* Return the infrared frames that ended since the last tick, in order. */
 /* C: write the next one to `next` and return 1; return 0 where there is none left. */
@@ -321,7 +322,7 @@ uint8_t motorcade_receiver_next_event(uint32_t *r, uint8_t *buffer, uint16_t wor
 #define MOTORCADE_BRAIN_HEADING 6 /* the last direction drawn: FORWARD, LEFT or RIGHT */
 #define MOTORCADE_BRAIN_RANDOM 7 /* the generator's state, never 0 */
 /* A car leads or follows for as long as it is on, so leaders and followers share the following places. */
-#define MOTORCADE_BRAIN_STATE 8 /* leader: index of its present state; while none runs, of the flow word that came last */
+#define MOTORCADE_BRAIN_STATE 8 /* leader: index of its present state */
 #define MOTORCADE_BRAIN_SLOT 9 /* leader: index of the follower word that it sends */
 #define MOTORCADE_BRAIN_SLOT_STARTED_MS 10 /* leader: when it began to send that word */
 #define MOTORCADE_BRAIN_NEXT_FRAME_MS 11 /* leader of bare words: when the next frame is due */
@@ -550,8 +551,8 @@ uint8_t motorcade_frames_follower_sends(uint32_t *s, uint8_t air_is_busy, uint32
 #define MOTORCADE_DECISIONS_LOWER_HALF 65535U
 #define MOTORCADE_DECISIONS_MOST_FLOW_WORDS 16
 #define MOTORCADE_DECISIONS_MOST_CALLS 4
-/* What next_word did. */
-#define MOTORCADE_DECISIONS_NO_WORD 0
+/* What go_on did. */
+#define MOTORCADE_DECISIONS_DONE 0
 #define MOTORCADE_DECISIONS_BEGUN 1
 #define MOTORCADE_DECISIONS_EXECUTED 2
 
@@ -582,14 +583,15 @@ uint8_t motorcade_decisions_running_until(uint32_t *s);
 /* Return 1 where the running state has a condition that ends it with these senses, else 0. */
 uint8_t motorcade_decisions_ends_early(uint32_t *s, uint8_t *d, const struct motorcade_senses *senses, const uint32_t *levels);
 
-/* End the running state if its length is over, and go on with the next word, whose index STATE has then.
+/* End the running state if its length is over, execute flow words, and begin a state.
  *
- * Call it until it returns NO_WORD: after a late tick several states may have ended.
+ * With `one_by_one` it executes one flow word, or begins a state. Call it until it returns DONE: after a late tick
+ * several states may have ended.
  *
  * Returns:
- *     BEGUN where a state began, EXECUTED for a flow word, and NO_WORD where the state goes on, or has to wait.
+ *     BEGUN where a state began, EXECUTED behind one flow word, and DONE where the state goes on, or has to wait.
  */
-uint8_t motorcade_decisions_next_word(uint32_t *s, uint8_t *d, const struct motorcade_image *image, const struct motorcade_senses *senses, uint32_t now, const uint32_t *levels);
+uint8_t motorcade_decisions_go_on(uint32_t *s, uint8_t *d, const struct motorcade_image *image, const struct motorcade_senses *senses, uint32_t now, const uint32_t *levels, uint8_t one_by_one);
 
 /* Return 1 where a condition holds, else 0; a flow word's lower half has the counter and the value. */
 uint8_t motorcade_decisions_is_met(uint32_t *s, uint8_t *d, uint8_t condition, uint8_t level, uint16_t lower, const struct motorcade_senses *senses, const uint32_t *levels);

@@ -61,7 +61,7 @@ DRAWS: uint16_at = 5  # directions drawn so far in this word, for random forward
 HEADING: uint8_at = 6  # the last direction drawn: FORWARD, LEFT or RIGHT
 RANDOM = 7  # the generator's state, never 0
 # A car leads or follows for as long as it is on, so leaders and followers share the following places.
-STATE: uint8_at = 8  # leader: index of its present state; while none runs, of the flow word that came last
+STATE: uint8_at = 8  # leader: index of its present state
 SLOT: uint8_at = 9  # leader: index of the follower word that it sends
 SLOT_STARTED_MS = 10  # leader: when it began to send that word
 NEXT_FRAME_MS = 11  # leader of bare words: when the next frame is due

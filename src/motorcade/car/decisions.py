@@ -106,8 +106,8 @@ LOWER_HALF = 0xFFFF
 MOST_FLOW_WORDS = 16
 MOST_CALLS = 4
 
-# What next_word did.
-NO_WORD = 0
+# What go_on did.
+DONE = 0
 BEGUN = 1
 EXECUTED = 2
 
@@ -202,36 +202,49 @@ def ends_early(s: list[int], d: bytearray, senses: "Senses", levels: tuple[int, 
     return 1 if holds != lower >> UNTIL_NOT_AT & 1 else 0
 
 
-def next_word(
-    s: list[int], d: bytearray, image: ImageWords, senses: "Senses", now: int, levels: tuple[int, ...]
+def go_on(
+    s: list[int],
+    d: bytearray,
+    image: ImageWords,
+    senses: "Senses",
+    now: int,
+    levels: tuple[int, ...],
+    one_by_one: uint8,
 ) -> uint8:
-    """End the running state if its length is over, and go on with the next word, whose index STATE has then.
+    """End the running state if its length is over, execute flow words, and begin a state.
 
-    Call it until it returns NO_WORD: after a late tick several states may have ended.
+    With ``one_by_one`` it executes one flow word, or begins a state. Call it until it returns DONE: after a late tick
+    several states may have ended.
 
     Returns:
-        BEGUN where a state began, EXECUTED for a flow word, and NO_WORD where the state goes on, or has to wait.
+        BEGUN where a state began, EXECUTED behind one flow word, and DONE where the state goes on, or has to wait.
     """
     if s[RUNNING] and end_state(s, now, levels) == 0:
-        return NO_WORD
-    left: uint8 = d[FLOW_LEFT]
-    if left == 0:
-        return NO_WORD
+        return DONE
     index: uint8 = d[NEXT]
-    word = image[1 + index]
-    upper: uint16 = word >> 16
-    behind: uint8 = index + 1
-    if behind == d[WORDS]:
-        behind = 0
-    s[STATE] = index
-    if upper >> FLOW_AT == 0:
-        d[NEXT] = behind
-        d[VOICES] = 0
-        begin_word(s, word, s[STARTED_MS])
-        return BEGUN
-    d[FLOW_LEFT] = left - 1
-    d[NEXT] = _execute(s, d, upper, word & LOWER_HALF, behind, image, senses, levels)
-    return EXECUTED
+    left: uint8 = d[FLOW_LEFT]
+    while left > 0:
+        word = image[1 + index]
+        upper: uint16 = word >> 16
+        behind: uint8 = index + 1
+        if behind == d[WORDS]:
+            behind = 0
+        if upper >> FLOW_AT == 0:
+            s[STATE] = index
+            d[NEXT] = behind
+            d[FLOW_LEFT] = left
+            d[VOICES] = 0
+            begin_word(s, word, s[STARTED_MS])
+            return BEGUN
+        left = left - 1
+        index = _execute(s, d, upper, word & LOWER_HALF, behind, image, senses, levels)
+        if one_by_one:
+            d[NEXT] = index
+            d[FLOW_LEFT] = left
+            return EXECUTED
+    d[NEXT] = index
+    d[FLOW_LEFT] = 0
+    return DONE
 
 
 def _execute(

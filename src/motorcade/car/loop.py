@@ -368,11 +368,14 @@ class Car:
         """Report to the board that a state or a word begins, or that a word is over."""
         self.board.note(_KINDS[kind], at_ms, word, detail)
 
-    def note_end(self) -> None:
-        """Tell nobody: the states that begin say enough of a real car."""
+    # The states that begin say enough of a real car.
+    notes_flow = 0
 
-    def note_flow(self) -> None:
-        """Tell nobody, as `note_end`."""
+    def note_end(self) -> None:
+        """Tell nobody."""
+
+    def note_flow(self, index: int) -> None:
+        """Tell nobody."""
 
     def received_frames(self) -> list[int] | tuple[int, ...]:
         """The frames that ended since the last tick."""

@@ -47,11 +47,15 @@ if MYPY:
             ``detail`` is a state's index, the tag with which a word came (0: bare), or 0.
             """
 
-        def note_end(self) -> None:
-            """Take note that the condition of a state ends it now; STATE of the memory is its index."""
+        @property
+        def notes_flow(self) -> uint8:
+            """1 where ``note_flow`` is to be called, which takes time, else 0."""
 
-        def note_flow(self) -> None:
-            """Take note that the flow word whose index is STATE of the memory was executed."""
+        def note_end(self) -> None:
+            """Take note that the condition of the running state ends it now."""
+
+        def note_flow(self, index: uint8) -> None:
+            """Take note that the flow word with this index was executed."""
 
         def received_frames(self) -> Iterable[int]:
             """Return the infrared frames that ended since the last tick, in order."""
@@ -156,12 +160,13 @@ def _decide(car: "Turn", now: int) -> "Senses":
         brain.break_off(s, now, levels)
     decisions.begin_tick(s, d, now)
     done = decisions.EXECUTED
-    while done != decisions.NO_WORD:
-        done = decisions.next_word(s, d, car.image, senses, now, levels)
+    while done != decisions.DONE:
+        index = d[decisions.NEXT]
+        done = decisions.go_on(s, d, car.image, senses, now, levels, car.notes_flow)
         if done == decisions.BEGUN:
             car.note(STATE, s[brain.STARTED_MS], s[brain.WORD], s[brain.STATE])
         if done == decisions.EXECUTED:
-            car.note_flow()
+            car.note_flow(index)
     return senses
 
 

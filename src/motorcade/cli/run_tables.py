@@ -120,7 +120,8 @@ def print_unheard(run: Run) -> None:
     if run.recording is None or not int(run.world.counts()["frames"][0]):
         return
     events = run.events
-    heard = set(events["car"][events["kind"] >= KINDS.index("heard")].tolist())
+    reached = np.isin(events["kind"], [KINDS.index("heard"), KINDS.index("lost")])
+    heard = set(events["car"][reached].tolist())
     silent = [car for car, leads in enumerate(run.world.mat.starts.leads) if not leads and car not in heard]
     if silent:
         key = "cars-out-of-range"

@@ -19,12 +19,12 @@ EVENT = [
     ("word", "<u4"),
     ("other", "<u4"),
 ]
-KINDS = ("state", "start", "over", "flow", "frame", "heard", "lost")
+KINDS = ("state", "start", "over", "frame", "heard", "lost", "flow")
 NEXT_WORD = 256
 LOSS_REASONS = ("", "parity", "reserved", "deaf", "sending", "collision", "check", "remote")
 
 # Indices into KINDS; the first three are those of `motorcade.car.step`.
-STATE, START, OVER, FLOW, FRAME, HEARD, LOST = range(7)
+STATE, START, OVER, FRAME, HEARD, LOST, FLOW = range(7)
 # Indices into LOSS_REASONS.
 PARITY, RESERVED, DEAF, SENDING, COLLISION, CHECK, REMOTE = range(1, 8)
 

@@ -60,6 +60,7 @@ class CarTurn(NamedTuple):
     decisions: ForBrain
     image: ForBrain
     levels: ForBrain
+    notes_flow: int
     i: int
     arrays: Arrays
     now: Now
@@ -74,12 +75,12 @@ class CarTurn(NamedTuple):
         s, number, now = self.memory, self.arrays.cars.number[self.i], self.now
         events.record(self.arrays.counters, now.part, now.ms, number, events.OVER, 0, s[brain.WORD], s[brain.STATE])
 
-    def note_flow(self) -> None:
+    def note_flow(self, index: int) -> None:
         """Store that a flow word was executed; not those of a tick in which the car can't go on to a state."""
         s, d, number = self.memory, self.decisions, self.arrays.cars.number[self.i]
-        counters, part, at_ms, index = self.arrays.counters, self.now.part, s[brain.STARTED_MS], int(s[brain.STATE])
-        other = index + events.NEXT_WORD * int(d[decisions.NEXT])
-        events.record(counters, part, at_ms, number, events.FLOW, 0, self.image[1 + index], other)
+        counters, part, at_ms = self.arrays.counters, self.now.part, s[brain.STARTED_MS]
+        other = int(index) + events.NEXT_WORD * int(d[decisions.NEXT])
+        events.record(counters, part, at_ms, number, events.FLOW, 0, self.image[1 + int(index)], other)
         if d[decisions.FLOW_LEFT] == 0:
             events.forget_flow(counters, part, at_ms, number)
 
@@ -223,7 +224,7 @@ def _turn_of(i: int, arrays: Arrays, now: Now) -> CarTurn:
     leads = cars.program[i] > 0
     image = rules.images[int(cars.program[i]) - 1 if leads else 0]
     remembered = arrays.decisions[int(cars.heard_at[i]) if leads else 0]
-    return CarTurn(leads, cars.memory[:, i], remembered, image, rules.levels, i, arrays, now)
+    return CarTurn(leads, cars.memory[:, i], remembered, image, rules.levels, 1, i, arrays, now)
 
 
 @in_kernel

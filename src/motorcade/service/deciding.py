@@ -100,7 +100,9 @@ class Deciding:
         met = {}
         for asked in set(self._asked.values()):
             word = FLOW.encode(counter=asked.counter, value=asked.value)
-            met[asked] = decisions.is_met(memory, remembered, asked.condition, asked.level, word, sensed, self._levels)
+            met[asked] = decisions.is_met(
+                memory, remembered, asked.condition, asked.level, word & decisions.LOWER_HALF, sensed, self._levels
+            )
         return [index for index, asked in self._asked.items() if met[asked]]
 
     def _path(self, car: int) -> list[int]:

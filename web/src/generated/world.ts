@@ -192,7 +192,7 @@ export const EventColumn = {"tMs": 0, "car": 1, "kind": 2, "word": 3, "other": 4
 export const Flag = {"runs": 1, "sends": 2, "lost": 4, "heard": 8, "stuck": 16} as const;
 
 /** The kinds of events, by number. */
-export const KINDS = ["state", "start", "over", "flow", "frame", "heard", "lost"] as const;
+export const KINDS = ["state", "start", "over", "frame", "heard", "lost", "flow"] as const;
 
 /** Why a frame was lost, by number. */
 export const LOSS_REASONS = ["", "parity", "reserved", "deaf", "sending", "collision", "check", "remote"] as const;
