@@ -12,7 +12,8 @@ Place = Literal["after", "inside", "gap"]
 # The role and the name of what has the focus.
 FOCUSED = """() => {
     const { activeElement: focused, body } = document
-    return focused === body ? [null, ""] : [focused.getAttribute("role"), focused.getAttribute("aria-label") ?? focused.textContent]
+    if (focused === body) return [null, ""]
+    return [focused.getAttribute("role"), focused.getAttribute("aria-label") ?? focused.textContent]
 }"""
 
 
