@@ -15,8 +15,8 @@ Steps = tuple[Step, ...]
 _SECONDS = (1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 30.0, 60.0)
 _TIMES = (2, 3, 4, 5, 6, 8, 10, 20)
 # Steps in a list that is drawn, and in one that changes may make.
-_DRAWN = 3
-_MOST = 12
+_MOST_DRAWN = 3
+_MOST_CHANGED = 12
 # Programs that don't compile are drawn again, and so are those that were tried already.
 _TRIES = 40
 
@@ -40,7 +40,7 @@ class ProgramSource:
         """Draw a program."""
 
         def drawn() -> Program:
-            lists = [tuple(self._step(random) for _ in range(random.randint(1, _DRAWN))) for _ in range(2)]
+            lists = [tuple(self._step(random) for _ in range(random.randint(1, _MOST_DRAWN))) for _ in range(2)]
             followers = None
             if self._has_followers:
                 followers = Followers(lists[1], forward=random.random() < 0.7)
@@ -112,7 +112,7 @@ class ProgramSource:
         if steps:
             at = random.randrange(len(steps))
         what = random.random()
-        if not steps or (what < 0.2 and len(steps) < _MOST):
+        if not steps or (what < 0.2 and len(steps) < _MOST_CHANGED):
             return (*steps[:at], self._step(random, inside), *steps[at:])
         step = steps[at]
         if isinstance(step, RepeatStep) and what < 0.6:
