@@ -110,7 +110,8 @@ def compile_program(program: Program, profile: Profile | None = None) -> Compile
         level = -1
         if followers.words:
             level = profile.dwell_ms.index(followers.dwell_ms)
-        tagged, decides = int(followers.tagged), int(leader.decides and bool(leader.words))
+        tagged = int(followers.tagged)
+        decides = int(leader.decides and bool(leader.words))
         words = image_words(Image(leader.words, followers.words, level, tagged, decides))
         origins = (("", None), *leader.origins, *((item.path, item.id) for item in followers.origins))
     return Compiled(
@@ -132,7 +133,8 @@ def _wrong_leader(program: Program, leader: Leader, profile: Profile) -> Iterato
     if not leader.count:
         yield warning("empty-program", "leader")
     elif leader.count > MOST_PIECES:
-        steps, costs = program.leader, leader.costs()
+        steps = program.leader
+        costs = leader.costs()
         yield _too_many("too-many-states", "leader", steps, leader.count, costs, profile.durations_ms[-1])
         return
     for item in leader.inexpressible.values():
@@ -201,7 +203,8 @@ class _Followers:
     def _told_word(self, step: Step, told: Told) -> tuple[int, Item] | None:
         """Return the word of a step that followers are told, and its item; None, with an error, where it is none."""
         settings = self._followers
-        accept_ir, forward = settings.accept_ir, settings.forward
+        accept_ir = settings.accept_ir
+        forward = settings.forward
         if step.accept_ir is not None:
             accept_ir = step.accept_ir
         if step.forward is not None:
@@ -373,7 +376,8 @@ def _too_many(code: str, path: str, steps: Sequence[Step], count: int, costs: li
     costliest = costs.index(cost)
     place = f"{path}[{costliest}]"
     if cost > 1:
-        hint, page_hint = Phrase("shorten-step", place=place, cost=cost), Phrase("shorten-block", cost=cost)
+        hint = Phrase("shorten-step", place=place, cost=cost)
+        page_hint = Phrase("shorten-block", cost=cost)
     else:
         hint = page_hint = Phrase("too-many-steps", most=MOST_PIECES)
     step = steps[costliest]

@@ -216,7 +216,8 @@ class Leader:
         for _, step in walk(self._program.functions[name], ""):
             if isinstance(step, DoStep):
                 self._settle(step.function)
-        size, count = self._function(name, self._spare).size, self._sites[name]
+        size = self._function(name, self._spare).size
+        count = self._sites[name]
         if count * size > count + size + 1:
             self._called |= {name}
 
@@ -266,7 +267,8 @@ class Leader:
     def _row(self, steps: Sequence[Step], path: str, spare: int) -> Fragment:
         code: list[Instruction] = []
         size = counters = 0
-        falls, takes_time = True, False
+        falls = True
+        takes_time = False
         for number, step in enumerate(steps):
             here = f"{path}[{number}]"
             made = self._step(step, here, spare)
