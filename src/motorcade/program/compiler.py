@@ -43,7 +43,7 @@ from motorcade.program.expansion import (
     literal_round,
     longest_dwell_ms,
 )
-from motorcade.program.fragments import IN_TURN_STEP, Told
+from motorcade.program.fragments import IN_TURN_STEP, ToldStep
 from motorcade.program.leader import Leader
 from motorcade.program.model import Followers, Program
 from motorcade.program.parts import MOST_PIECES, cut, durations_in, nearest_sums, to_ms
@@ -147,11 +147,11 @@ class _Followers:
     Behind the words of their own steps are those that they are told. ``targets`` are the bits that name them in a tell.
     """
 
-    def __init__(self, followers: Followers | None, profile: Profile, told: Sequence[Told], has_tells: bool):
+    def __init__(self, followers: Followers | None, profile: Profile, told: Sequence[ToldStep], has_tells: bool):
         self.words: list[int] = []
         self.origins: list[Item] = []
         self.diagnostics: list[Diagnostic] = []
-        self.targets: dict[Told, int] = {}
+        self.targets: dict[ToldStep, int] = {}
         self.dwell_ms = 0
         self.tagged = False
         self.count = 0
@@ -163,7 +163,7 @@ class _Followers:
         if has_tells and not has_errors(self.diagnostics):
             self._add_told(told)
 
-    def _add_told(self, told: Sequence[Told]) -> None:
+    def _add_told(self, told: Sequence[ToldStep]) -> None:
         """Add the words of the steps that followers are told, each once."""
         settings = self._followers
         self.tagged = True
@@ -200,7 +200,7 @@ class _Followers:
         if self.count > MOST_PIECES:
             self.diagnostics.append(error("too-many-told", "leader", count=self.count, most=MOST_PIECES))
 
-    def _told_word(self, step: Step, told: Told) -> tuple[int, Item] | None:
+    def _told_word(self, step: Step, told: ToldStep) -> tuple[int, Item] | None:
         """Return the word of a step that followers are told, and its item; None, with an error, where it is none."""
         settings = self._followers
         accept_ir = settings.accept_ir

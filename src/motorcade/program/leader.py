@@ -47,7 +47,7 @@ from motorcade.program.fragments import (
     NOTHING,
     Fragment,
     Instruction,
-    Told,
+    ToldStep,
     aim,
     calls_in,
     count_word,
@@ -152,7 +152,7 @@ class Leader:
         """How many words each step of the leader takes, in its order."""
         return [self._step(step, f"leader[{number}]", 0).size for number, step in enumerate(self._program.leader)]
 
-    def finish(self, targets: Mapping[Told, int], follower_words: int) -> None:
+    def finish(self, targets: Mapping[ToldStep, int], follower_words: int) -> None:
         """Set the words, and warn of what may surprise.
 
         Args:
@@ -485,12 +485,12 @@ class Leader:
     def _tell(self, step: TellStep, path: str) -> Fragment:
         told = IN_TURN_STEP
         if step.step:
-            told = Told(without_ids(step.step), f"{path}.tell.step", step.step.id or step.id)
+            told = ToldStep(without_ids(step.step), f"{path}.tell.step", step.step.id or step.id)
         return one_word(flow_word(TELL), path, step, told)
 
-    def _tells(self) -> list[Told]:
+    def _tells(self) -> list[ToldStep]:
         code, _ = self._laid_out()
-        return list(dict.fromkeys(instruction.to for instruction in code if isinstance(instruction.to, Told)))
+        return list(dict.fromkeys(instruction.to for instruction in code if isinstance(instruction.to, ToldStep)))
 
 
 def _steps_of(program: Program) -> Iterator[tuple[str, Step]]:
