@@ -163,7 +163,7 @@ def test_while_it_runs_blocks_table_and_timeline_show_what_the_leader_decides(op
         expect(paths).to_have_count(0)
     studio.play()
     # The taken branch glows with its 'if', and then the condition and the other branch.
-    turns, waits = studio.block("leader", "turn"), studio.block("leader", "wait")
+    turns, waits = studio.block("leader", "left"), studio.block("leader", "wait")
     expect(waits.locator(":scope > path.motorcade-taken")).to_have_count(1)
     expect(studio.block("leader", "a person is near").locator(":scope > path.motorcade-met")).to_have_count(1)
     expect(turns.locator(":scope > path.motorcade-taken")).to_have_count(1)

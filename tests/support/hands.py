@@ -100,9 +100,17 @@ class Keyboard:
         pytest.fail(f"the arrows never led {place} {holder}")
 
     def end_by_condition(self, block: str) -> None:
-        self._until_at("ArrowRight", self._studio.say("blocks.endsMenu.time"), "button")
-        for key in ("Enter", "ArrowDown", "Enter"):
-            self._press(key)
+        studio = self._studio
+        # Its field comes when the page has heard that the block is chosen.
+        ends = studio.field(studio.block("leader", text_of(studio, block)), studio.say("blocks.ends.time"))
+        expect(ends).to_be_visible()
+        self._until_at("ArrowRight", studio.say("blocks.endsMenu.time"), "button")
+        self._press("Enter")
+        option = studio.page.get_by_role("option", name=studio.say("blocks.endsMenu.until"), exact=True)
+        expect(option).to_be_visible()
+        self._press("ArrowDown")
+        self._press("Enter")
+        expect(option).to_have_count(0)
 
     def put_person(self) -> None:
         _person(self._studio).press("Enter")

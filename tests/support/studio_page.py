@@ -218,20 +218,23 @@ class StudioPage(Watched):
         taken, editors = self.box(option), self.box(self.editor(editor))
         if (hidden := taken["y"] + taken["height"] - editors["y"] - editors["height"]) > 0:
             # A drawer of many blocks.
-            self._scroll(taken["x"] + 12, editors["y"] + editors["height"] / 2, hidden + taken["height"])
+            self._scroll_drawer(editor, hidden + taken["height"])
             wait_until(lambda: self.box(option)["y"] < taken["y"] - hidden)
             taken = self.box(option)
         self._hold(taken["x"] + 12, taken["y"] + taken["height"] / 2)
         return taken["height"]
 
-    def _scroll(self, x: float, y: float, distance: float) -> None:
+    def _scroll_drawer(self, editor: str, distance: float) -> None:
+        drawer = self.box(self.editor(editor).locator(".blocklyFlyoutBackground").filter(visible=True))
+        # Between the blocks, of which a finger takes one, and the scrollbar.
+        x, y = drawer["x"] + drawer["width"] - 24, drawer["y"] + drawer["height"] * 0.9
         if not self._touches:
             self.page.mouse.move(x, y)
             self.page.mouse.wheel(0, distance)
             return
         self._touch("touchStart", x, y)
-        for step in range(1, 5):
-            self._touch("touchMove", x, y - distance * step / 4)
+        for step in range(1, 9):
+            self._touch("touchMove", x, y - distance * step / 8)
         self._touch("touchEnd")
 
     def _hold(self, x: float, y: float) -> None:
