@@ -33,7 +33,7 @@ describe("the editor of missions", () => {
     expect(screen.queryByText(/beside the mat/)).toBeNull();
     await user.tripleClick(group("yard").getByRole("textbox", { name: "From left (m)" }));
     await user.keyboard("900{Enter}");
-    expect(screen.getByText(/beside the mat/).getAttribute("role")).toBe("status");
+    expect((await screen.findByText(/beside the mat/)).getAttribute("role")).toBe("status");
   });
 
   it("asks of each kind of goal what it needs; one goal stays", async () => {
