@@ -173,8 +173,10 @@ function chunkNames(): (module: string, graph: Rolldown.ChunkingContext) => stri
       const { importedIds = [], dynamicallyImportedIds = [] } = graph.getModuleInfo(module) ?? {};
       for (const each of [...importedIds, ...(isWhole ? dynamicallyImportedIds : [])]) add(each, name, isWhole);
     };
+    // What draws a world, on the stage and elsewhere, is one file.
+    add(join(import.meta.dirname, "src/classroom/drawing.ts"), "painter", false);
     // One file, and not one for each set of pages.
-    const joinShared = (name: string) => found.forEach((known, module) => known === null && SHARED.test(module) && found.set(module, name));
+    const joinShared = (name: string) => found.forEach((known, module) => (known ?? "painter") === "painter" && SHARED.test(module) && found.set(module, name));
     // A small page fetches the question, and React Aria with it, when it first asks something: in one piece. The wall
     // fetches a pupil's blocks, and what the studio needs for them too, when it shows them.
     const [question, blocks] = ["ui/QuestionDialog.tsx", "classroom/ShownBlocks.tsx"].map((file) => join(import.meta.dirname, "src", file)) as [string, string];

@@ -23,8 +23,10 @@ def host_and_port(address: str, default_port: int | None = None) -> tuple[str, i
     """
     host, colon, port = address.rpartition(":")
     if default_port is not None and (not colon or port.endswith("]") or (":" in host and not host.endswith("]"))):
-        host, port = address, str(default_port)
-    host, least = host.strip("[]"), 0 if default_port is None else 1
+        host = address
+        port = str(default_port)
+    host = host.strip("[]")
+    least = 0 if default_port is None else 1
     if not host or not re.fullmatch("[0-9]{1,5}", port) or not least <= int(port) <= LAST_PORT:
         raise MotorcadeError("not-host-and-port" if default_port is None else "not-a-car", address=address)
     return host, int(port)

@@ -62,7 +62,9 @@ class Attempts:
     """
 
     def __init__(self, most: int, window_s: float, code: str = "too-many-attempts") -> None:
-        self._most, self._window_s, self._code = most, window_s, code
+        self._most = most
+        self._window_s = window_s
+        self._code = code
         self._limits: OrderedDict[str, RateLimit] = OrderedDict()
 
     def check(self, key: str, now_s: float) -> None:

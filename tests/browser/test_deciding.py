@@ -5,6 +5,7 @@ import re
 import pytest
 from playwright.sync_api import expect
 
+from motorcade.missions.document import built_in_mission
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import program_from_dict
 from support.hands import Keyboard, Pointer
@@ -90,6 +91,33 @@ def test_a_sheepdog_is_built_with_the_mouse(show) -> None:
     studio.drag_out("leader", "drive", "drive", below=asks)
     # What they are told is a word of theirs.
     studio.expect_words(["03010103", "80228000", "c0000000", "64800000", "e0800000"])
+
+
+@pytest.mark.parametrize("language", ["en", "zh"])
+def test_the_mission_of_the_guard_dogs_is_solved_with_the_mouse(open_page, language) -> None:
+    """Dogs that run at once earn nothing; those that wait for their visitors earn the first star."""
+    studio = open_page(language=language, plain=True)
+    page = studio.page
+    page.get_by_role("button", name=studio.say("missions.title"), exact=True).press("Enter")
+    page.locator("[data-mission=guard-dog]").press("Enter")
+    goals = page.get_by_role("list", name=studio.say("missions.goals")).get_by_role("listitem")
+    expect(goals).to_have_count(5)
+    hat = studio.block("leader", studio.say("startBlocks.leader"))
+    drive, wait = (studio.say(f"startBlocks.{kind}").split(" %")[0] for kind in ("drive", "wait"))
+    studio.run_at("16×")
+    studio.drag_out("leader", "drive", drive, below=hat)
+    page.locator("#mat-play").press("Enter")
+    expect(page.get_by_role("status").filter(has_text=studio.say("missions.again"))).to_be_visible()
+    until = studio.say("blocks.wait_until").partition("\n")[0]
+    studio.drag_out("leader", "decide", until, below=hat)
+    studio.drag_into("decide", studio.say("blocks.when_person"), studio.block("leader", until))
+    studio.drag_out("leader", "drive", wait, below=studio.block("leader", drive))
+    page.get_by_role("button", name=studio.say("mat.reset")).press("Enter")
+    page.locator("#mat-play").press("Enter")
+    learned = built_in_mission("guard-dog").learned.sentence(language)
+    expect(page.get_by_role("status").filter(has_text=learned)).to_be_visible()
+    expect(goals.nth(0)).to_have_attribute("data-progress", "met")
+    expect(goals.nth(3)).to_have_attribute("data-progress", "lost")
 
 
 @pytest.mark.parametrize(("language", "theme"), [("en", "light"), ("zh", "dark")])

@@ -135,6 +135,16 @@ def test_nobody_comes_into_two_pairs_and_who_is_removed_is_in_none(two):
     assert mark(eve, "leader") == "leader 0"
 
 
+def test_who_leaves_a_pair_late_stays_in_the_one_of_meanwhile():
+    pairs = Pairs(with_pupils("Mia", "Bo"))
+    before = pairs.begin("01", "02", "Parade")
+    pairs.leave("01", before.id)
+    now = pairs.begin("01", "02", "Other")
+    # Another tab of hers has asked for the same, and its copy is stored only now.
+    pairs.leave("01", before.id)
+    assert pairs.of("01") is now
+
+
 def test_a_class_begun_again_has_all_windows_as_they_were_answered(tmp_path):
     with class_room(tmp_path) as room:
         mia, bo = room.join("Mia"), room.join("Bo")

@@ -15,7 +15,7 @@ from motorcade.classroom.wall import ShownWorld, WallPictures
 from motorcade.engine.moment import moment_bytes, unpack_moment
 from motorcade.missions.document import built_in_mission
 from motorcade.service.missions import mission_goals
-from support.class_page import PASSWORD, class_room
+from support.class_page import HERE, PASSWORD, class_room
 from support.pictures import pack_moment
 from support.world_page import KEY, MAT, OTHER
 
@@ -150,6 +150,20 @@ def test_the_list_is_sent_at_most_once_a_second():
         sent += map(type, wall.answers(step / 5))
     assert sent.count(ClassWall) == 2
     assert sent.count(bytes) == 2, "no picture refers to a list that the page doesn't have"
+
+
+def test_the_wall_goes_on_when_its_page_has_drawn_what_came(room, now):
+    mia = room.join("Mia")
+    address = f"ws{HERE.removeprefix('http')}/api/teacher/wall"
+    with mia.open(f"world?session={KEY}") as hers, room.teacher.client.websocket_connect(address) as wall:
+        hers.set()
+        for step in range(4):
+            hers.until("picture", lambda picture, t_ms=100 * step: picture.t_ms == t_ms)
+            hers.send("shown", frame=step + 1)
+            while not wall.receive().get("bytes"):
+                pass
+            wall.send_json({"drawn": True})
+            hers.send("step", ticks=20)
 
 
 def test_the_teacher_looks_on_at_one_pupils_world(room, now):

@@ -43,6 +43,8 @@ from support.strategies import CLASSROOM
 
 TICKS = 200
 SEEDS = st.integers(0, 1 << 40)
+# A program is drawn, compiled and run in milliseconds.
+MANY = settings(max_examples=10 * settings().max_examples)
 LEVELS = {duration: level for level, duration in enumerate(CLASSROOM.durations_ms)}
 
 
@@ -61,7 +63,7 @@ def assert_alike(seed):
         assert (does, told and control_word(told, LEVELS, 1, 0)) == seen
 
 
-@settings(max_examples=2_000)
+@settings(max_examples=min(50 * settings().max_examples, 2_000))
 @given(SEEDS)
 def test_a_program_as_a_tree_does_what_its_words_do(seed):
     assert_alike(seed)
@@ -74,7 +76,7 @@ def test_very_many_programs_do_as_trees_what_their_words_do(part):
         assert_alike(seed)
 
 
-@settings(max_examples=300)
+@MANY
 @given(SEEDS)
 def test_a_program_survives_its_file_and_its_image(seed):
     program = DrawnLeader(seed).program
@@ -92,7 +94,7 @@ def test_what_the_compiler_wrote_comes_back_without_single_words():
     assert len(plain) < 6
 
 
-@settings(max_examples=500)
+@MANY
 @given(SEEDS)
 def test_any_image_of_a_leader_that_decides_comes_back(seed):
     words = drawn_image(seed)

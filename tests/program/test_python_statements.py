@@ -76,7 +76,7 @@ def test_the_text_of_the_issue_is_read_and_written():
     assert read_python(ISSUE).diagnostics == ()
 
 
-@settings(max_examples=200)
+@settings(max_examples=5 * settings().max_examples)
 @given(st.integers(0, 1 << 40))
 def test_any_leader_that_decides_survives_its_text_and_python_takes_it(seed):
     program = DrawnLeader(seed).program
@@ -87,7 +87,7 @@ def test_any_leader_that_decides_survives_its_text_and_python_takes_it(seed):
     exec(compile(text, "text", "exec"), {})
 
 
-@settings(max_examples=100)
+@settings(max_examples=2 * settings().max_examples)
 @given(st.integers(0, 1 << 40))
 def test_an_edit_keeps_every_comment(seed):
     draws = random.Random(seed)

@@ -90,6 +90,19 @@ def test_the_meter_grows_run_by_run_and_tells_what_went_wrong(session):
         assert "car" in failure.why["en"]
 
 
+def test_programs_of_a_leader_that_decides_are_tried_and_compared(session):
+    """Sheep that are told to stop part from those that nobody tells when the first dog meets somebody."""
+    mission = built_in_mission("sheepdog")
+    images = [compile_program(program, mission.profile).image for program in (mission.solution, mission.near_miss)]
+    assert answers(session, Try(MissionChoice("sheepdog"), images[0], 20))[-1] == Luck(20, 20, 20, [])
+    assert answers(session, Try(MissionChoice("sheepdog"), images[1], 20))[-1].works == 0
+    told = difference(session, *(SetWorld(mission.mat_document, image=image) for image in images))
+    stands, drives = "E0800000", "E2800000"
+    assert (told.kind, told.car) in [("word", sheep) for sheep in (1, 2, 3)]
+    assert [word and word.upper() for word in told.words] == [stands, drives]
+    assert 1_500 < told.t_ms < 4_000
+
+
 def test_another_program_ends_what_was_tried_before(session):
     first = Try(MissionChoice("pass-it-on"), image_of("pass-it-on", forward=False), 200)
     session.receive(first)

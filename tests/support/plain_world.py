@@ -104,15 +104,16 @@ class PlainCar(Car):
 
     def __init__(self, board: PlainBoard, world: "PlainWorld"):
         super().__init__(board)
+        self.index = board.index
         self.world = world
 
     def note_end(self) -> None:
-        self.world.record(self._now_ms, self.board.index, "over", "", self.memory[WORD], self.memory[STATE])
+        self.world.record(self._now_ms, self.index, "over", "", self.memory[WORD], self.memory[STATE])
 
     notes_flow = 1
 
     def note_flow(self, index: int) -> None:
-        events, car = self.world.events, self.board.index
+        events, car = self.world.events, self.index
         at_ms, word = self.memory[STARTED_MS], self.image[1 + index]
         following = self.decisions[decisions.NEXT]
         self.world.record(at_ms, car, "flow", "", word, index + NEXT_WORD * following)

@@ -74,7 +74,7 @@ class Pairs:
         asks = self._room.pupil(who)
         asked = self._room.pupil(to)
         pair = self.of(who)
-        if pair and (len(pair.members) > 1 or who not in pair.joined):
+        if pair and len(pair.members) > 1:
             raise MotorcadeError("in-a-pair-already", name=asks.name)
         if self.of(to) or who == to:
             raise MotorcadeError("in-a-pair-already", name=asked.name)

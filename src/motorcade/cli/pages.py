@@ -332,7 +332,8 @@ def _class(
         teacher = url_of(own, bound, page="/teacher", scheme=scheme)
         teacher_line = "class-teacher"
         if first_key:
-            teacher, teacher_line = f"{teacher}#{first_key}", "class-first-password"
+            teacher = f"{teacher}#{first_key}"
+            teacher_line = "class-first-password"
         app = make_class_app(settings, files)
 
         def ready() -> None:

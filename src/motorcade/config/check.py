@@ -299,7 +299,8 @@ def _other(schema: Schema, kind: str) -> Phrase:
     if kind == "object" and schema.get("properties"):
         return Phrase("table-of", names=", ".join(schema["properties"]))
     if kind == "array" and "maxItems" in schema and "$ref" not in schema.get("items", {}):
-        least, most = schema.get("minItems", 0), schema["maxItems"]
+        least = schema.get("minItems", 0)
+        most = schema["maxItems"]
         items = allowed(schema["items"])
         if least == most:
             return Phrase("list-of", count=most, items=items)

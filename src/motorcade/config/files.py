@@ -145,7 +145,8 @@ def _from_toml(text: str) -> Any:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as problem:
         if found := _PLACE.search(str(problem)):
-            line, column = int(found[1]), int(found[2])
+            line = int(found[1])
+            column = int(found[2])
             character = text.splitlines()[line - 1][column - 1 : column]
             if character in _WIDE:
                 raise _BadSyntaxError("toml-character", line=line, column=column, character=character) from None

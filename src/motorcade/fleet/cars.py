@@ -129,7 +129,8 @@ class Cars:
             contact.reached = partial(self._reach, at)
         if self._ordered:
             contact.order(self._ordered)
-        self.contacts[at], task = contact, asyncio.create_task(contact.run())
+        self.contacts[at] = contact
+        task = asyncio.create_task(contact.run())
         self._tasks[at] = task
         # What proves to be no car is forgotten.
         task.add_done_callback(lambda ended: self.remove(at) if self._tasks.get(at) is ended else None)

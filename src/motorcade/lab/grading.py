@@ -99,7 +99,8 @@ class _Visits:
     """The squares of a mat in which cars were. A mat without a size has its cars' box and 2 m around it."""
 
     def __init__(self, mat: Mat, worlds: int) -> None:
-        x_m, y_m = np.asarray(mat.starts.x_m), np.asarray(mat.starts.y_m)
+        x_m = np.asarray(mat.starts.x_m)
+        y_m = np.asarray(mat.starts.y_m)
         if mat.size_m:
             self._corner_m = (0.0, 0.0)
             size_m = mat.size_m

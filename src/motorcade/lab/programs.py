@@ -26,8 +26,8 @@ Draw = Callable[[Random, int], Step]
 _SECONDS = (1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 30.0, 60.0)
 _TIMES = (2, 3, 4, 5, 6, 8, 10, 20)
 # Steps in a list that is drawn, and in one that changes may make.
-_DRAWN = 3
-_MOST = 12
+_MOST_DRAWN = 3
+_MOST_CHANGED = 12
 # Blocks that decide hold others so deep. There is one counter, which is asked for small numbers, and one function.
 _DEEPEST = 2
 _COUNTER, _FUNCTION = "count", "own"
@@ -109,7 +109,7 @@ class ProgramSource:
         return Program([], followers, self._mission.document["profile"])
 
     def _drawn(self, random: Random, draw: Draw) -> Steps:
-        return tuple(draw(random, 0) for _ in range(random.randint(1, _DRAWN)))
+        return tuple(draw(random, 0) for _ in range(random.randint(1, _MOST_DRAWN)))
 
     def _leader_step(self, random: Random, depth: int) -> Step:
         """Draw a step of the leader."""
@@ -191,7 +191,7 @@ class ProgramSource:
         if steps:
             at = random.randrange(len(steps))
         what = random.random()
-        if not steps or (what < 0.2 and len(steps) < _MOST):
+        if not steps or (what < 0.2 and len(steps) < _MOST_CHANGED):
             return (*steps[:at], draw(random, depth), *steps[at:])
         step = steps[at]
         is_block = isinstance(step, (RepeatStep, IfStep))

@@ -13,7 +13,6 @@ from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
-from itertools import islice
 from pathlib import Path
 from random import Random
 from statistics import fmean
@@ -55,9 +54,9 @@ GRADED_BY = ("missions", "program")
 _BATCH_RUNS = 32
 # MAP-Elites and racing draw this share of their programs anew, and change others for the rest.
 _DRAWN = {"map-elites": 0.1, "racing": 0.3}
-# Racing gives more runs to the best of so many that had equally many; and changes one of the best few.
-_OF = 4
-_FEW = 10
+# Racing gives more runs to the best one of so many that had equally many, and changes one of so many best ones.
+_REDUCTION_FACTOR = 4
+_PARENTS = 10
 
 
 @dataclass(slots=True)
@@ -390,8 +389,8 @@ class Search:
             return self._source.draw(random)
         if self.method == "map-elites" and len(self.best):
             return self._source.change(random, self.best.sample().program)
-        if self.method == "racing" and (few := (self._raced or self._begun)[:_FEW]):
-            return self._source.change(random, random.choice(few).program)
+        if self.method == "racing" and (parents := (self._raced or self._begun)[:_PARENTS]):
+            return self._source.change(random, random.choice(parents).program)
         return self._source.draw(random)
 
     def _chosen(self) -> list[Tried]:
@@ -399,8 +398,9 @@ class Search:
         rest = self.mission.seeds[1:]
         if not rest:
             return []
-        best = (candidate for candidate in self._begun[: len(self._begun) // _OF] if not candidate.is_chosen)
-        chosen = list(islice(best, _BATCH_RUNS // 2 // len(rest)))
+        best = self._begun[: len(self._begun) // _REDUCTION_FACTOR]
+        waiting = [candidate for candidate in best if not candidate.is_chosen]
+        chosen = waiting[: _BATCH_RUNS // 2 // len(rest)]
         for candidate in chosen:
             candidate.is_chosen = True
         return [(candidate, rest) for candidate in chosen]

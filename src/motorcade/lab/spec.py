@@ -356,7 +356,8 @@ def _seeds(seeds: Any, file: str) -> Sequence[int]:
         return tuple(seeds)
     if isinstance(seeds, int):
         return range(seeds)
-    first, count = seeds["first"], seeds["count"]
+    first = seeds["first"]
+    count = seeds["count"]
     most = MOST_SEED + 1 - first
     if count > most:
         allowed = Phrase("whole-range", minimum=1, maximum=most)

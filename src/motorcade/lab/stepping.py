@@ -195,7 +195,8 @@ class SteppedWorlds:
         """The least and the largest value of each column that can be observed."""
         wide_m = high_m = -_FARTHEST_M, _FARTHEST_M
         if mat.walled and mat.size_m and mat.physics.collisions:
-            wide_m, high_m = (0.0, mat.size_m[0]), (0.0, mat.size_m[1])
+            wide_m = (0.0, mat.size_m[0])
+            high_m = (0.0, mat.size_m[1])
         sensed = dict.fromkeys(_SENSED, (0.0, 1.0)) | {"obstacle_m": (0.0, self._range_m)}
         return sensed | _HEARD | {"x_m": wide_m, "y_m": high_m, "heading": (0.0, math.tau)}
 

@@ -309,7 +309,8 @@ def _beside(corners: Corners) -> list[tuple[int, list[int]]]:
     """
     ends = zip(corners, (*corners[1:], corners[0]), strict=True)
     spans = sorted((min(begin[0], end[0]), max(begin[0], end[0]), side) for side, (begin, end) in enumerate(ends))
-    lows, order = [low for low, _, _ in spans], [side for _, _, side in spans]
+    lows = [low for low, _, _ in spans]
+    order = [side for _, _, side in spans]
     return [(side, order[k + 1 : bisect_right(lows, high)]) for k, (_, high, side) in enumerate(spans)]
 
 

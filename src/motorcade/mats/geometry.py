@@ -69,7 +69,8 @@ class _Side(NamedTuple):
         if y0 > y1:
             x0, y0, x1, y1 = x1, y1, x0, y0
         if y1 - y0 > _LEVEL_M:
-            slope, begin_x = (x1 - x0) / (y1 - y0), x0
+            slope = (x1 - x0) / (y1 - y0)
+            begin_x = x0
             if high_m < y1:
                 x1 = begin_x
                 if high_m > y0:
@@ -132,7 +133,8 @@ class SweepLine:
     """
 
     def __init__(self, mat: Mat, clearance_m: float, budget: Budget, discs: Iterable[Disc] = ()) -> None:
-        self._clearance_m, self._budget = clearance_m, budget
+        self._clearance_m = clearance_m
+        self._budget = budget
         parts: list[_Side | _Round] = [*_sides_of(mat, clearance_m), *_rounds_of(mat, discs, clearance_m)]
         budget.take(_TESTS_A_VISIT * len(parts))
         self._waiting = sorted(parts, reverse=True)
@@ -174,9 +176,11 @@ class SweepLine:
                     yield shape, first, end
 
     def _near_side(self, side: _Side, row: PointRow) -> Iterator[tuple[int, int, int]]:
-        clearance_m, (low_m, high_m, x_m, y_m) = self._clearance_m, row
+        clearance_m = self._clearance_m
+        low_m, high_m, x_m, y_m = row
         left, right = side.span(low_m - clearance_m, high_m + clearance_m)
-        first, end = bisect_left(x_m, left - clearance_m), bisect_right(x_m, right + clearance_m)
+        first = bisect_left(x_m, left - clearance_m)
+        end = bisect_right(x_m, right + clearance_m)
         self._budget.take(end - first)
         for k in range(first, end):
             if side.is_near(x_m[k], y_m[k], clearance_m):
@@ -185,7 +189,8 @@ class SweepLine:
     def _cross(self, side: _Side, row: PointRow, runs: list[int]) -> None:
         """Add the runs of points whose rays to the right cross a side."""
         low_m, high_m, x_m, y_m = row
-        bottom_m, top_m = min(side.y0, side.y1), max(side.y0, side.y1)
+        bottom_m = min(side.y0, side.y1)
+        top_m = max(side.y0, side.y1)
         if bottom_m > high_m or top_m <= low_m or bottom_m == top_m:
             return
         left, right = side.span(low_m, high_m)
@@ -201,15 +206,20 @@ class SweepLine:
 
     def _in_disc(self, disc: _Round, row: PointRow) -> Iterator[tuple[int, int, int]]:
         low_m, high_m, x_m, y_m = row
-        x, y, reach_m = disc.x, disc.y, disc.radius_m + self._clearance_m
-        nearest_m, farthest_m = max(low_m - y, y - high_m, 0.0), max(abs(low_m - y), abs(high_m - y))
+        x = disc.x
+        y = disc.y
+        reach_m = disc.radius_m + self._clearance_m
+        nearest_m = max(low_m - y, y - high_m, 0.0)
+        farthest_m = max(abs(low_m - y), abs(high_m - y))
         most_m = math.sqrt(max(reach_m * reach_m - nearest_m * nearest_m, 0.0)) + _MARGIN_M
         least_m = math.sqrt(max(reach_m * reach_m - farthest_m * farthest_m, 0.0)) - _MARGIN_M
-        first, end = bisect_left(x_m, x - most_m), bisect_right(x_m, x + most_m)
+        first = bisect_left(x_m, x - most_m)
+        end = bisect_right(x_m, x + most_m)
         # Whatever their y is, these are inside.
         sure = sure_end = end
         if least_m > 0:
-            sure, sure_end = bisect_left(x_m, x - least_m), bisect_right(x_m, x + least_m)
+            sure = bisect_left(x_m, x - least_m)
+            sure_end = bisect_right(x_m, x + least_m)
         if sure < sure_end:
             yield disc.shape, sure, sure_end
         self._budget.take(sure - first + end - sure_end)
@@ -246,7 +256,8 @@ def obstructed(mat: Mat, x_m: Points, y_m: Points, clearance_m: float, file: Tex
     height_m = max((max(y_m) - min(y_m)) / math.sqrt(len(y_m)), 2 * clearance_m)
     for points in _rows(y_m, height_m):
         heights = [y_m[k] for k in points]
-        low_m, high_m = min(heights), max(heights)
+        low_m = min(heights)
+        high_m = max(heights)
         if not sweep.reaches(low_m, high_m):
             continue
         points.sort(key=x_m.__getitem__)
@@ -283,7 +294,9 @@ def close_pair(x_m: Points, y_m: Points, distance_m: float) -> tuple[int, int] |
             pair = _near(points, xs, below, below_x, y_m, distance_m)
         if pair:
             return min(pair), max(pair)
-        below, below_x, top_m = points, xs, max(heights)
+        below = points
+        below_x = xs
+        top_m = max(heights)
     return None
 
 
@@ -291,7 +304,9 @@ def _near(
     points: list[int], x_m: Points, others: list[int], other_x_m: Points, y_m: Points, distance_m: float
 ) -> tuple[int, int] | None:
     """Find two near points of two rows, each sorted by x; where the rows are one, two different points."""
-    begin, is_one, reach_m = 0, points is others, distance_m * (1 + 1e-6)
+    begin = 0
+    is_one = points is others
+    reach_m = distance_m * (1 + 1e-6)
     for k, x in enumerate(x_m):
         while begin < len(others) and other_x_m[begin] < x - reach_m:
             begin += 1

@@ -260,7 +260,8 @@ def _nearest(reach: int, columns: Iterable[int], side: int) -> list[int]:
     """
     places: list[int] = []
     for column in columns:
-        high, squared = math.isqrt(reach * reach - column * column), column * column
+        high = math.isqrt(reach * reach - column * column)
+        squared = column * column
         first = (squared * side + column + side // 2) * side + side // 2
         places += [first + row * row * side * side - row for row in range(high, -high - 1, -1)]
     places.sort()
@@ -313,7 +314,8 @@ def path_of(line: Line) -> list[Point]:
 
 def _bend(before: Point, corner: Point, after: Point, radius_m: float) -> Sequence[Point]:
     """Return the points of the arc that touches both sides of a corner; the corner where the path is straight."""
-    to_before, to_after = _direction(corner, before), _direction(corner, after)
+    to_before = _direction(corner, before)
+    to_after = _direction(corner, after)
     if to_before is None or to_after is None:
         return (corner,)
     half = math.acos(max(-1.0, min(1.0, to_before[0] * to_after[0] + to_before[1] * to_after[1]))) / 2

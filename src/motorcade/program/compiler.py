@@ -43,7 +43,7 @@ from motorcade.program.expansion import (
     literal_round,
     longest_dwell_ms,
 )
-from motorcade.program.fragments import IN_TURN_STEP, Told
+from motorcade.program.fragments import IN_TURN_STEP, ToldStep
 from motorcade.program.leader import Leader
 from motorcade.program.model import Followers, Program
 from motorcade.program.parts import MOST_PIECES, cut, durations_in, nearest_sums, to_ms
@@ -110,7 +110,8 @@ def compile_program(program: Program, profile: Profile | None = None) -> Compile
         level = -1
         if followers.words:
             level = profile.dwell_ms.index(followers.dwell_ms)
-        tagged, decides = int(followers.tagged), int(leader.decides and bool(leader.words))
+        tagged = int(followers.tagged)
+        decides = int(leader.decides and bool(leader.words))
         words = image_words(Image(leader.words, followers.words, level, tagged, decides))
         origins = (("", None), *leader.origins, *((item.path, item.id) for item in followers.origins))
     return Compiled(
@@ -132,7 +133,8 @@ def _wrong_leader(program: Program, leader: Leader, profile: Profile) -> Iterato
     if not leader.count:
         yield warning("empty-program", "leader")
     elif leader.count > MOST_PIECES:
-        steps, costs = program.leader, leader.costs()
+        steps = program.leader
+        costs = leader.costs()
         yield _too_many("too-many-states", "leader", steps, leader.count, costs, profile.durations_ms[-1])
         return
     for item in leader.inexpressible.values():
@@ -145,11 +147,11 @@ class _Followers:
     Behind the words of their own steps are those that they are told. ``targets`` are the bits that name them in a tell.
     """
 
-    def __init__(self, followers: Followers | None, profile: Profile, told: Sequence[Told], has_tells: bool):
+    def __init__(self, followers: Followers | None, profile: Profile, told: Sequence[ToldStep], has_tells: bool):
         self.words: list[int] = []
         self.origins: list[Item] = []
         self.diagnostics: list[Diagnostic] = []
-        self.targets: dict[Told, int] = {}
+        self.targets: dict[ToldStep, int] = {}
         self.dwell_ms = 0
         self.tagged = False
         self.count = 0
@@ -161,7 +163,7 @@ class _Followers:
         if has_tells and not has_errors(self.diagnostics):
             self._add_told(told)
 
-    def _add_told(self, told: Sequence[Told]) -> None:
+    def _add_told(self, told: Sequence[ToldStep]) -> None:
         """Add the words of the steps that followers are told, each once."""
         settings = self._followers
         self.tagged = True
@@ -198,10 +200,11 @@ class _Followers:
         if self.count > MOST_PIECES:
             self.diagnostics.append(error("too-many-told", "leader", count=self.count, most=MOST_PIECES))
 
-    def _told_word(self, step: Step, told: Told) -> tuple[int, Item] | None:
+    def _told_word(self, step: Step, told: ToldStep) -> tuple[int, Item] | None:
         """Return the word of a step that followers are told, and its item; None, with an error, where it is none."""
         settings = self._followers
-        accept_ir, forward = settings.accept_ir, settings.forward
+        accept_ir = settings.accept_ir
+        forward = settings.forward
         if step.accept_ir is not None:
             accept_ir = step.accept_ir
         if step.forward is not None:
@@ -373,7 +376,8 @@ def _too_many(code: str, path: str, steps: Sequence[Step], count: int, costs: li
     costliest = costs.index(cost)
     place = f"{path}[{costliest}]"
     if cost > 1:
-        hint, page_hint = Phrase("shorten-step", place=place, cost=cost), Phrase("shorten-block", cost=cost)
+        hint = Phrase("shorten-step", place=place, cost=cost)
+        page_hint = Phrase("shorten-block", cost=cost)
     else:
         hint = page_hint = Phrase("too-many-steps", most=MOST_PIECES)
     step = steps[costliest]

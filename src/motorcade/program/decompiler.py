@@ -229,7 +229,8 @@ def _resting(step: Step, dwell_ms: int) -> Step:
 def _followers(steps: list[Step], words: Sequence[int], dwell_seconds: float | None) -> Followers:
     """Return Followers with the settings of the first word; steps state only settings that differ."""
     first = CONTROL.decode(words[0])
-    accept_ir, forward = bool(first.accept_ir), bool(first.forward)
+    accept_ir = bool(first.accept_ir)
+    forward = bool(first.forward)
     made = [_with_settings(step, word, accept_ir, forward) for step, word in zip(steps, words, strict=True)]
     return Followers(made, accept_ir, forward, dwell_seconds)
 
@@ -248,9 +249,11 @@ def _check_word(word: int, position: int, leads: bool, decides: bool) -> None:
     if leads and decides:
         if word >> 31:
             return
-        word_format, values = STATE, STATE.decode(word)
+        word_format = STATE
+        values = STATE.decode(word)
     else:
-        word_format, values = CONTROL, CONTROL.decode(word)
+        word_format = CONTROL
+        values = CONTROL.decode(word)
         if leads and values.accept_ir:
             raise DecompileError("leader-word-accepts-ir", position=position, word=word)
     if leads and not values.forward:

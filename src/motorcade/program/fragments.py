@@ -35,7 +35,7 @@ CONDITION_NUMBERS = {name: number for number, name in CONDITIONS}
 _OPS = {name: op for op, name in OPS}
 
 
-class Told(NamedTuple):
+class ToldStep(NamedTuple):
     """A step that followers are told, and where it stands; None: the followers' own steps in turn."""
 
     step: Step | None
@@ -53,7 +53,7 @@ class Instruction(NamedTuple):
     word: int
     path: str
     id: str | None
-    to: int | str | Told | None = None
+    to: int | str | ToldStep | None = None
 
 
 class Fragment(NamedTuple):
@@ -75,7 +75,7 @@ class Fragment(NamedTuple):
 
 
 NOTHING = Fragment([])
-IN_TURN_STEP = Told(None, "", None)
+IN_TURN_STEP = ToldStep(None, "", None)
 
 
 def drawn_below(percent: float) -> int:
@@ -156,7 +156,7 @@ def count_word(step: SetStep | ChangeStep, numbers: Mapping[str, int]) -> int:
     return flow_word(COUNT, level=SET, counter=number, value=step.to)
 
 
-def one_word(word: int, path: str, step: Step, to: Told | None = None) -> Fragment:
+def one_word(word: int, path: str, step: Step, to: ToldStep | None = None) -> Fragment:
     """Return the fragment of one flow word."""
     return Fragment([Instruction(word, path, step.id, to)], 1)
 

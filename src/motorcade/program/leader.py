@@ -47,7 +47,7 @@ from motorcade.program.fragments import (
     NOTHING,
     Fragment,
     Instruction,
-    Told,
+    ToldStep,
     aim,
     calls_in,
     count_word,
@@ -152,7 +152,7 @@ class Leader:
         """How many words each step of the leader takes, in its order."""
         return [self._step(step, f"leader[{number}]", 0).size for number, step in enumerate(self._program.leader)]
 
-    def finish(self, targets: Mapping[Told, int], follower_words: int) -> None:
+    def finish(self, targets: Mapping[ToldStep, int], follower_words: int) -> None:
         """Set the words, and warn of what may surprise.
 
         Args:
@@ -216,7 +216,8 @@ class Leader:
         for _, step in walk(self._program.functions[name], ""):
             if isinstance(step, DoStep):
                 self._settle(step.function)
-        size, count = self._function(name, self._spare).size, self._sites[name]
+        size = self._function(name, self._spare).size
+        count = self._sites[name]
         if count * size > count + size + 1:
             self._called |= {name}
 
@@ -266,7 +267,8 @@ class Leader:
     def _row(self, steps: Sequence[Step], path: str, spare: int) -> Fragment:
         code: list[Instruction] = []
         size = counters = 0
-        falls, takes_time = True, False
+        falls = True
+        takes_time = False
         for number, step in enumerate(steps):
             here = f"{path}[{number}]"
             made = self._step(step, here, spare)
@@ -483,12 +485,12 @@ class Leader:
     def _tell(self, step: TellStep, path: str) -> Fragment:
         told = IN_TURN_STEP
         if step.step:
-            told = Told(without_ids(step.step), f"{path}.tell.step", step.step.id or step.id)
+            told = ToldStep(without_ids(step.step), f"{path}.tell.step", step.step.id or step.id)
         return one_word(flow_word(TELL), path, step, told)
 
-    def _tells(self) -> list[Told]:
+    def _tells(self) -> list[ToldStep]:
         code, _ = self._laid_out()
-        return list(dict.fromkeys(instruction.to for instruction in code if isinstance(instruction.to, Told)))
+        return list(dict.fromkeys(instruction.to for instruction in code if isinstance(instruction.to, ToldStep)))
 
 
 def _steps_of(program: Program) -> Iterator[tuple[str, Step]]:

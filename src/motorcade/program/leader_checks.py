@@ -119,11 +119,14 @@ def wrong_flow_steps(
         fault = word_fault(first, second, third, fourth, leader_words, follower_words, TAGGED)
         if not fault:
             continue
-        name, most = "target", leader_words - 1
+        name = "target"
+        most = leader_words - 1
         if fault == BAD_LEVEL:
-            name, most = "level", highest_level(CONDITION_NUMBERS[step.condition])
+            name = "level"
+            most = highest_level(CONDITION_NUMBERS[step.condition])
         elif fault == BAD_COUNT:
-            name, most = "value", follower_words
+            name = "value"
+            most = follower_words
         elif step.op == "tell":
             most = follower_words - 1
         allowed = Phrase("values-from-to", minimum=0, maximum=most)

@@ -247,7 +247,8 @@ def _path(place: tuple[str | int, ...]) -> str:
 
 def _id_at(document: Any, place: tuple[str | int, ...]) -> str | None:
     """Return the id of the innermost step around ``place``."""
-    found, here = None, document
+    found = None
+    here = document
     for part in place:
         here = here[part]
         if isinstance(here, dict) and isinstance(here.get("id"), str):
@@ -321,7 +322,8 @@ def align(old: Sequence[Step], new: Sequence[Step]) -> list[int | None]:
     Equal steps at the beginning and at the end belong together; then equal steps; then steps of one kind. Ids are not
     compared.
     """
-    ours, theirs = list(map(without_ids, old)), list(map(without_ids, new))
+    ours = list(map(without_ids, old))
+    theirs = list(map(without_ids, new))
     start = _equal_at_start(ours, theirs)
     end = _equal_at_start(ours[start:][::-1], theirs[start:][::-1])
     middle = [None] * (len(new) - start - end)

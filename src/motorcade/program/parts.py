@@ -278,7 +278,8 @@ def nearest_sums(duration_s: float, levels_ms: tuple[int, ...]) -> tuple[float, 
     below_ms = ceil(duration_s * 1000 - 1e-6) - 1
     above_ms = floor(duration_s * 1000 + 1e-6) + 1
     step_ms = levels_ms[1]
-    below, above = [0], []
+    below = [0]
+    above = []
     for residue, smallest in _smallest_sums(levels_ms).items():
         if smallest <= below_ms:
             below.append(below_ms - (below_ms - residue) % step_ms)

@@ -135,9 +135,11 @@ class CallReader:
         common: dict[str, Any] = {}
         inside: list[ast.expr] = []
         for key, argument, _ in self._arguments(value, getattr(steps, name), inside):
-            target, at = content, f"{path}.{kind.kind}.{key}"
+            target = content
+            at = f"{path}.{kind.kind}.{key}"
             if key in COMMON or key == UNTIL:
-                target, at = common, f"{path}.{key}"
+                target = common
+                at = f"{path}.{key}"
             given = self._condition(argument) if key == UNTIL else self._value(argument)
             if given is not None:
                 target[key] = given

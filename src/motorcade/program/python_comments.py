@@ -72,7 +72,8 @@ def items_of(
                 item.text = text
         if not item.inside():
             # A comment between the values of a step.
-            item.before, item.end = item.before + item.end, []
+            item.before = item.before + item.end
+            item.end = []
         items.append(item)
     return items
 
@@ -146,7 +147,8 @@ def nodes(node: Node) -> Iterator[tuple[str, Node]]:
 
 def with_imports(text: str, old: PythonProgram, used: set[str]) -> str:
     """Return ``text``, whose call is new, with an import of the names in ``used``."""
-    source, statement = old.source, old.imported_at
+    source = old.source
+    statement = old.imported_at
     missing = {name: name for name in used - set(old.imports)}
     if statement is None:
         at = source.import_place()

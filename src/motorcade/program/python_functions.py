@@ -88,7 +88,8 @@ class _Updater:
     def text(self) -> str:
         """Return the new text."""
         source = self._old.source
-        before, after = _definitions(self._old.program), _definitions(self._program)
+        before = _definitions(self._old.program)
+        after = _definitions(self._program)
         edits: list[tuple[int, int, str]] = []
         added = []
         for name, (head, steps) in after.items():
@@ -117,7 +118,8 @@ class _Updater:
 
     def _values(self) -> tuple[int, int, str]:
         """Return the edit that adds the counters, and the profile, that the text doesn't name yet."""
-        source, tree = self._old.source, self._old.source.tree
+        source = self._old.source
+        tree = self._old.source.tree
         first = min(statement.lineno for statement in self._old.definitions.values())
         before = [statement for statement in tree.body if statement.lineno < first]
         lines = [f"{name} = 0" for name in changed_counters(self._program) if name not in self._old.counters]

@@ -107,7 +107,8 @@ class PythonProgram(StatementReader):
 
     def _in_text(self, diagnostic: Diagnostic) -> Diagnostic:
         """Return a diagnostic of the document with its place in the text, and with edits of the text that fix it."""
-        path, found = diagnostic.path, []
+        path = diagnostic.path
+        found = []
         for fix in diagnostic.fixes:
             at = path
             if diagnostic.code == "missing-field":

@@ -340,11 +340,13 @@ class StatementReader(CallReader):
             self.is_plain[self._function] = False
             return
         content: dict[str, Any] = {"counter": name}
-        field, given = "to", value
+        field = "to"
+        given = value
         match value:
             case ast.Call(func=ast.Name(id=called), args=[most], keywords=[]) if self._known_name(called) == RANDOM:
                 self._name_of(value)
-                field, given = "random", most
+                field = "random"
+                given = most
             case ast.BinOp(left=ast.Name(id=same), op=ast.Add() | ast.Sub() as op, right=by) if same == name:
                 number = self._count_of(by)
                 content["by"] = -number if isinstance(op, ast.Sub) else number

@@ -168,7 +168,8 @@ def _parse(source: PythonSource) -> ast.Module:
             column = len(code) - len(code.lstrip()) + 1
         blamed = _FOREIGN_SIGN.match(text, source.start_of(line) + column - 1)
         if blamed and reason.key == "python-bad-number":
-            reason, column = Phrase("python-bad-character", sign=blamed[2]), column + len(blamed[1])
+            reason = Phrase("python-bad-character", sign=blamed[2])
+            column = column + len(blamed[1])
         sign = reason.details.get("opened") or reason.details.get("sign", "")
         start = source.start_of(line) + column - 1
         raise _not_python(reason, line, column, _syntax_fixes(source, reason.key, start, sign)) from None
@@ -313,9 +314,11 @@ def right_statement(source: PythonSource, statement: ast.stmt, variable: str) ->
     """
     match statement:
         case ast.Import() | ast.ImportFrom():
-            names, module = "*", statement.names[0].name
+            names = "*"
+            module = statement.names[0].name
             if isinstance(statement, ast.ImportFrom):
-                names, module = ", ".join(map(ast.unparse, statement.names)), statement.module or ""
+                names = ", ".join(map(ast.unparse, statement.names))
+                module = statement.module or ""
             if not get_close_matches(module, [_PACKAGE], 1):
                 return without_lines(source, statement)
             return replacement(source, *source.extent(statement), f"from {_PACKAGE} import {names}")

@@ -162,7 +162,8 @@ class StatementTexts:
 def values_of(step: Step) -> tuple[list[str], list[str]]:
     """Return a step's values that stand by their position, and those that are named."""
     names, defaults, _ = parameters_of(getattr(steps, name_of(step)))
-    positional, named = [], []
+    positional = []
+    named = []
     for parameter in names:
         value = getattr(step, parameter)
         has_default = parameter in defaults

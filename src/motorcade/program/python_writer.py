@@ -154,7 +154,8 @@ class _Writer:
     def _end(self, path: str, depth: int) -> list[str]:
         """Return the comments at the end of a part."""
         own = self._comments[path]
-        end, own.end = own.end, []
+        end = own.end
+        own.end = []
         return indented(end, depth)
 
 

@@ -252,7 +252,8 @@ class Structure:
         if not values or (values.op, values.level) != (COUNT, SET) or values.value < 2 or at in self._plain:
             return None
         for last in range(at + 2, end):
-            jump, take = self._values[last], self._values[last - 1]
+            jump = self._values[last]
+            take = self._values[last - 1]
             if not self._is_jump(last, at + 1, COUNTER) or not take:
                 continue
             wanted = (values.counter, ABOVE, 0, 0)
@@ -286,7 +287,8 @@ class Structure:
         is_endless = False
         while here < end:
             run = self._counted_run(here, end)
-            count, state = 1, here
+            count = 1
+            state = here
             if run and self._leaving(run[1], run[2]):
                 count, state, here = run
                 target = self._target(state + 1, end)
@@ -384,7 +386,8 @@ class Structure:
         if middle - 1 >= test.end and self._is_jump(middle - 1):
             behind = self._target(middle - 1, end)
             if middle < behind <= end:
-                then, other = self._row(test.end, middle - 1), self._row(middle, behind)
+                then = self._row(test.end, middle - 1)
+                other = self._row(middle, behind)
                 return IfStep(_negated(test.taken), tuple(then), tuple(other)), behind
         return IfStep(_negated(test.taken), tuple(self._row(test.end, middle))), middle
 

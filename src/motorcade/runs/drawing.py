@@ -135,7 +135,8 @@ def _draw_band(axes: Axes, path: NDArray[np.float64], width_m: float, colour: st
     along = np.diff(path, axis=0)
     length = np.hypot(along[:, 0], along[:, 1])[:, None]
     aside = np.column_stack([-along[:, 1], along[:, 0]]) / np.where(length, length, 1) * width_m / 2
-    begin, end = path[:-1], path[1:]
+    begin = path[:-1]
+    end = path[1:]
     sides = np.stack([begin + aside, end + aside, end - aside, begin - aside], axis=1)
     axes.add_collection(PolyCollection(list(sides), facecolors=colour, linewidths=0, zorder=zorder))
     _circles(axes, [width_m], zorder, facecolors=colour, linewidths=0).set_offsets(path)

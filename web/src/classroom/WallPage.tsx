@@ -10,7 +10,7 @@ import { titleOr } from "./attempt";
 import { askTeacher, ClassStream } from "./ask";
 import { Avatar } from "./Avatar";
 import { Tiles } from "./drawing";
-import { HowToJoin } from "./TeacherClass";
+import { HowToJoin } from "./HowToJoin";
 import { AllStages, WorldCanvas } from "./Stages";
 import { useClass } from "./useClass";
 import css from "./class.module.css";

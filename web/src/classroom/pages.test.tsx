@@ -6,9 +6,10 @@ import { answerBy, Refusal } from "../api/testServer";
 import type { ClassView, PupilRow } from "../generated/classroom";
 import { say, startTexts } from "../i18n";
 import { Page } from "../ui/page";
+import { HowToJoin } from "./HowToJoin";
 import { Join } from "./Join";
 import { Report } from "./TeacherCheck";
-import { ClassPart, HowToJoin } from "./TeacherClass";
+import { ClassPart } from "./TeacherClass";
 import { PupilsPart } from "./TeacherPupils";
 import { HandOutPart } from "./TeacherWork";
 

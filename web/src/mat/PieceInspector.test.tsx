@@ -12,7 +12,7 @@ const MAT: Mat = {
   ...{ format: "motorcade-mat/1", name: "Hall", size_m: [4, 3] },
   wall: [{ from_m: [0, 0], to_m: [1, 0] }],
   person: [{ path: [[0, 1, 1], [4, 2, 1], [8, 1, 1]], repeats: true }],
-} as Mat;
+};
 const mat = () => useStudio.getState().mat;
 
 beforeAll(() => startTexts(texts));
@@ -59,7 +59,7 @@ describe("the list of things", () => {
 describe("voices", () => {
   it("begin with 'stop', take turns, and are heard everywhere or in an area", async () => {
     const user = userEvent.setup({ delay: null });
-    useStudio.setState({ mat: { ...MAT, voice: undefined } as Mat });
+    useStudio.setState({ mat: { ...MAT, voice: undefined } });
     render(<Voices />);
     const add = screen.getByRole("button", { name: "Add a voice" });
     await user.click(add);

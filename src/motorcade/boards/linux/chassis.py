@@ -126,7 +126,8 @@ class SteeredMotor:
             pulse_us = right_us + (centre_us - right_us) * angle_deg / CENTRE_DEG
         else:
             pulse_us = centre_us + (left_us - centre_us) * (angle_deg - CENTRE_DEG) / CENTRE_DEG
-        shortest_us, longest_us = min(self._pulses_us), max(self._pulses_us)
+        shortest_us = min(self._pulses_us)
+        longest_us = max(self._pulses_us)
         return 2 * (pulse_us - shortest_us) / (longest_us - shortest_us) - 1
 
 

@@ -102,7 +102,8 @@ class RaspberryPi(ComputerBoard):
             self._beat(self._moves)
 
     def _beat(self, moves: bool) -> None:
-        self._moves, self._alive_ms = moves, self.now_ms()
+        self._moves = moves
+        self._alive_ms = self.now_ms()
         if self.guard:
             self.guard.beat(moves)
 
