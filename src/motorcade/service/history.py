@@ -169,7 +169,7 @@ class History:
 Shown = TypeVar("Shown")
 
 
-class Told(Generic[Shown]):
+class Timed(Generic[Shown]):
     """What a page was told by time, so that one which shows the past is told it again.
 
     Args:

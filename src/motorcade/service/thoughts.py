@@ -11,7 +11,7 @@ from types import MappingProxyType
 
 from motorcade.engine import agents
 from motorcade.engine.moment import NO_INDEX, RUNS, STUCK, unpack_moment
-from motorcade.service.history import Told
+from motorcade.service.history import Timed
 from motorcade.service.studio_world import StudioWorld
 from motorcade.service.why import SILENT_MS, follows_line
 from motorcade.service.world_messages import CarThought, Thought
@@ -74,7 +74,7 @@ class Thinking:
         self._world = world
         # Since when a car is stuck, or follows a line that it doesn't see.
         self._since_ms: dict[int, int] = {}
-        self.told = Told[list[CarThought]]([])
+        self.told = Timed[list[CarThought]]([])
 
     def look(self, *, at_all: bool) -> list[CarThought]:
         """Return what cars think now, the most telling thoughts first.

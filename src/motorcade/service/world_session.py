@@ -18,7 +18,7 @@ from motorcade.service.history import (
     PAST,
     PAST_BYTES,
     History,
-    Told,
+    Timed,
     pack_picture,
 )
 from motorcade.service.studio_world import StudioWorld
@@ -320,7 +320,7 @@ class WorldSession:
         self._next_moment_ms = 0
         self._breakpoints = Breakpoints(self.world, conditions)
         self._thinking = Thinking(self.world)
-        self._decided = Told[list[Decided]]([])
+        self._decided = Timed[list[Decided]]([])
         self._store_moment()
         self._show_all()
 

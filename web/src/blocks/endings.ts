@@ -100,8 +100,12 @@ export function followEnds(block: Blockly.Block, accompanying: boolean): void {
   });
 }
 
-/** The field is offered on the block that is selected: others are as narrow as without it. */
-export const isSelected = ({ id }: Blockly.Block) => Blockly.common.getSelected()?.id === id;
+/** The field is offered on the block that is selected, or whose field has the focus: others are as narrow as without it. */
+export function isSelected({ id }: Blockly.Block): boolean {
+  const focused = Blockly.getFocusManager().getFocusedNode();
+  const block = focused instanceof Blockly.Field ? focused.getSourceBlock() : Blockly.common.getSelected();
+  return block?.id === id;
+}
 
 /** Fit a block to where it is. */
 function fitBlock(block: Blockly.Block, offered: boolean): void {
@@ -119,12 +123,15 @@ export function fitEnds(first: Blockly.Block, offered: (block: Blockly.Block) =>
 
 /** Fit each block that comes, moves, is selected or left, or changes how it ends. */
 export function fitEveryBlock(workspace: Blockly.WorkspaceSvg, offered: (block: Blockly.Block) => boolean): void {
+  // Who walks into a block's fields with the keyboard selects nothing until another block is selected.
+  let last: string | undefined;
   workspace.addChangeListener((event) => {
     if (event instanceof Blockly.Events.Selected) {
-      for (const id of [event.oldElementId, event.newElementId]) {
+      for (const id of new Set([event.oldElementId, event.newElementId, last])) {
         const selected = id ? workspace.getBlockById(id) : null;
         if (selected) fitBlock(selected, offered(selected));
       }
+      last = event.newElementId ?? last;
       return;
     }
     const isChange = event instanceof Blockly.Events.BlockChange && event.name === ENDS;
