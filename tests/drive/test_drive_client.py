@@ -326,8 +326,9 @@ async def test_nothing_moves_or_sounds_before_the_client_has_answered_the_cars_c
 # For programs without asyncio
 
 
-def test_a_program_without_asyncio_drives_too(car):
-    with BlockingDriveClient("127.0.0.1", car.port, telemetry_port=car.telemetry_port) as driver:
+@pytest.mark.parametrize("host", ["127.0.0.1", "localhost"])
+def test_a_program_without_asyncio_drives_too(car, host):
+    with BlockingDriveClient(host, car.port, telemetry_port=car.telemetry_port) as driver:
         assert driver.connected
         driver.drive(throttle=HALF)
         wait_until(car.board.has_moved)
