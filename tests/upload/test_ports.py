@@ -36,6 +36,7 @@ def found(monkeypatch):
         (0x2341, 0x0010, "Arduino Mega"),
         (0x2341, 0x0042, "Arduino Mega"),
         (0x2341, 0x0058, "Arduino"),
+        (0x2A03, 0x0010, "Arduino Mega"),
         (0x2E8A, 0x0005, "Raspberry Pi Pico"),
     ],
 )
