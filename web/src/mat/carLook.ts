@@ -28,6 +28,8 @@ export interface CarLook {
   number: number | null;
   /** What is written above it. */
   name?: string;
+  /** What it counts, written below it. */
+  counts?: string;
   sends: boolean;
 }
 

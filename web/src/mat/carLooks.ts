@@ -59,7 +59,7 @@ export class CarLooks {
 
   /** Write beside cars what they count; nothing beside the others. */
   write(texts: ReadonlyMap<number, string>): void {
-    this.looks.forEach((look, k) => (look.name = texts.get(k)));
+    this.looks.forEach((look, k) => (look.counts = texts.get(k)));
   }
 
   /** Let the cars dance from now on. */

@@ -67,6 +67,7 @@ const TRACK_M = 0.014;
 const PERSON_M = 0.46;
 const LEAST_PERSON_PX = 30;
 const STEP_MS = 400;
+const COUNTS_PX = 16;
 
 /** A canvas with its camera: its middle and scale in pixels of the device, of which each pixel of the page has `sharpness`. */
 interface Lens {
@@ -295,9 +296,14 @@ function paintCars(lens: Lens, view: View): void {
       g.drawImage(lossSprite(car.loss.sign, view.theme.lost, wide), x - wide / 2, y - side * 0.62 - wide / 2, wide, wide);
       g.globalAlpha = 1;
     }
+    g.textAlign = "center";
+    if (car.counts) {
+      g.font = `600 ${COUNTS_PX * sharpness}px ${pageFont()}`;
+      g.textBaseline = "top";
+      writeOutlined(g, car.counts, x, y + half * 1.3, "#ffffff", "#14213d");
+    }
     if (!car.name) continue;
     g.font = `600 ${Math.max(18, half)}px ${pageFont()}`;
-    g.textAlign = "center";
     g.textBaseline = "alphabetic";
     writeOutlined(g, car.name, x, y - half * 1.5, "#ffffff", "#14213d");
   }
