@@ -16,8 +16,9 @@ from motorcade.engine.events import NEXT_WORD, OVER, STATE
 from motorcade.engine.moment import Event, unpack_events
 from motorcade.engine.simulation import Simulation
 from motorcade.errors import Phrase
+from motorcade.program.conditions import COMPARISONS, SENSES
 from motorcade.service.world_messages import Decided
-from motorcade.words.flow import ALWAYS, CALL, CHANCE, COUNTER, DECIDES
+from motorcade.words.flow import ALWAYS, CALL, CHANCE, CONDITIONS, COUNTER, DECIDES
 from motorcade.words.formats import CONTROL, FLOW
 from motorcade.words.formats import STATE as STATE_WORD
 from motorcade.words.packing import bytes_to_words
@@ -26,10 +27,7 @@ from motorcade.words.packing import bytes_to_words
 _MOST_LEADERS = 20
 # What all cars sense is found out at once, which takes too long in a large crowd.
 _MOST_CARS = 200
-_COMPARISONS = ("is", "below", "above")
-_VOICES = ("stop", "go")
-_FLOORS = ("either", "left", "right", "both")
-_KINDS = ("always", "obstacle", "person", "voice", "floor", "counter", "chance")
+_KINDS = tuple(name for _, name in CONDITIONS)
 
 
 class Asked(NamedTuple):
@@ -132,11 +130,11 @@ class Deciding:
         if kind == "obstacle":
             details = {"cm": f"{self._levels[brain.AVOID_RADII_MM + asked.level] / 10:g}"}
         elif kind == "voice":
-            details = {"word": Phrase(f"voice-{_VOICES[asked.level]}")}
+            details = {"word": Phrase(f"voice-{SENSES['voice'][asked.level]}")}
         elif kind == "floor":
-            kind = f"floor-{_FLOORS[asked.level]}"
+            kind = f"floor-{SENSES['floor'][asked.level]}"
         elif kind == "counter":
-            kind = f"counter-{_COMPARISONS[asked.level]}"
+            kind = f"counter-{COMPARISONS[asked.level]}"
             details = {"counter": self._name_of(asked.counter), "value": asked.value}
         return Phrase(f"asked-{kind}-{answer}", **details)
 
