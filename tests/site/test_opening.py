@@ -39,9 +39,9 @@ PROJECTS = {"opening": opening(), "herd": example("herd"), "ripple": example("ri
 
 def set_of(project):
     """The message by which a page sets the world of a project."""
-    image = compile_blocks(Blocks(project.leader, project.followers, project.profile)).image
-    asked = {"image": b64encode(image).decode(), "mat": project.mat, "range_mm": project.range_mm, "mission": None}
-    return {"do": "set", "profile": project.profile, "seed": 0, **asked}
+    compiled = compile_blocks(Blocks(project.leader, project.followers, project.profile))
+    program = {"image": b64encode(compiled.image).decode(), "counters": compiled.counters, "profile": project.profile}
+    return {"do": "set", "seed": 0, "mat": project.mat, "range_mm": project.range_mm, "mission": None, **program}
 
 
 class Visit:
