@@ -10,6 +10,7 @@ from support.studio_page import StudioPage
 
 Place = Literal["after", "inside", "gap"]
 # The role and the name of what has the focus.
+DRAWN = "() => new Promise(drawn => requestAnimationFrame(() => requestAnimationFrame(drawn)))"
 FOCUSED = """() => {
     const { activeElement: focused, body } = document
     if (focused === body) return [null, ""]
@@ -123,6 +124,8 @@ class Keyboard:
 
     def _press(self, key: str) -> None:
         self._studio.page.keyboard.press(key)
+        # Blockly moves the focus when it has drawn.
+        self._studio.page.evaluate(DRAWN)
 
     def _until_at(self, key: str, name: str, role: str | None = None) -> None:
         """Press a key until something with this role and name has the focus."""
