@@ -127,7 +127,7 @@ def test_what_needs_the_page_says_so_where_there_is_none(clone, environment, tmp
         ("studio", "--no-browser"),
         ("class", "--no-browser"),
         ("drive", "remote", "ada=127.0.0.1"),
-        ("drive", "serve", "--web", "0"),
+        ("drive", "serve", "--port", "0", "--web", "0"),
     ):
         ran = run(*needing)
         assert (ran.returncode, ran.stdout) == (2, ""), needing
