@@ -5,6 +5,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+# For avr.py too, which imports this module first.
+sys.path.append(str(Path(__file__).resolve().parents[1]))
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 from motorcade.firmware.arduino_library import library_files
 from support import arduino_build, emulated_chips

@@ -30,7 +30,7 @@ static uint8_t decisions[MOTORCADE_DECISIONS_SIZE];
 static struct motorcade_senses senses = {.obstacle_mm = 1000};
 static uint8_t buffer[UPLOAD_WORDS * 4];
 static struct motorcade_image image;
-static struct motorcade_car car = {0, memory, decisions, &image, LEVELS};
+static struct motorcade_car car = {0, memory, decisions, &image, LEVELS, 0};
 static uint32_t now, arriving;
 static volatile uint16_t overflows;
 
@@ -59,6 +59,8 @@ void motorcade_car_note(struct motorcade_car *of, uint8_t kind, uint32_t at_ms, 
 {
     (void)of, (void)kind, (void)at_ms, (void)word, (void)detail;
 }
+void motorcade_car_note_end(struct motorcade_car *of) { (void)of; }
+void motorcade_car_note_flow(struct motorcade_car *of, uint8_t index) { (void)of, (void)index; }
 uint32_t motorcade_car_received_frames(struct motorcade_car *of, uint32_t *next)
 {
     (void)of;
