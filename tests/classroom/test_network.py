@@ -48,6 +48,9 @@ def test_interfaces_that_are_up_have_addresses_of_the_internet(monkeypatch):
         (WINDOWS, None, ["192.168.0.23"]),
         (MAC, "100.64.0.9", ["192.168.1.7"]),
         (LINUX[:1], None, []),
+        # Nobody connects to a group, nor to any address at all.
+        ((("eth0", "224.0.0.251"), ("eth0", "0.0.0.0"), ("eth0", "192.168.1.5")), None, ["192.168.1.5"]),
+        ((("eth0", "224.0.0.251"), ("eth0", "0.0.0.0")), None, []),
         ((("eth0", "fe80::1%eth0"), ("eth0", "2001:db8::5")), None, ["2001:db8::5"]),
         ((("eth0", "2001:db8::5"), ("eth0", "192.168.1.5")), None, ["192.168.1.5"]),
     ],

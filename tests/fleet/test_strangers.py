@@ -7,6 +7,7 @@ import pytest
 from zeroconf import DNSOutgoing, ServiceInfo, Zeroconf
 from zeroconf.const import _FLAGS_AA, _FLAGS_QR_RESPONSE
 
+from motorcade.drive.client import DriveClient
 from motorcade.fleet.cars import MOST_FOUND, Cars, Finder
 from motorcade.fleet.found import Turns
 from motorcade.fleet.places import CAR, CLASS, DRIVE, SERVICE, network_place, safe_name
@@ -86,6 +87,26 @@ async def test_whatever_is_announced_before_it_a_drive_server_is_stopped(lies):
             cars.add(found(HOST, car.port, DRIVE, car.telemetry_port))
             await until(lambda: car.control.telemetry().state == "stopped", PATIENCE_S)
             await until(lambda: [each.state for each in cars.statuses() if not each.away] == ["stopped"], PATIENCE_S)
+
+
+@in_loop
+async def test_a_drive_server_that_answers_keeps_its_connection_and_a_silent_one_is_asked_anew(monkeypatch):
+    begun = []
+
+    def beginning(host, port, **options):
+        begun.append(port)
+        return DriveClient(host, port, **options)
+
+    monkeypatch.setattr("motorcade.fleet.contact.DriveClient", beginning)
+    async with server(b"") as mute, Cars() as cars:
+        silent_port = int(mute.rpartition(":")[2])
+        with DrivenCar() as car:
+            cars.add(found(HOST, car.port, DRIVE, car.telemetry_port))
+            cars.add(found(HOST, silent_port, DRIVE, silent_port))
+            await until(lambda: begun.count(silent_port) > 1, PATIENCE_S)
+            cars.order(STOP)
+            await until(lambda: car.control.telemetry().state == "stopped", PATIENCE_S)
+            assert begun.count(car.port) == 1
 
 
 @in_loop
