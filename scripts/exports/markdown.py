@@ -7,6 +7,8 @@ from motorcade.words.formats import FORMATS
 
 from .fields import fingerprint_text
 
+# Words of a guard dog (docs/decisions.md), drawn below the bits of their kind.
+_EXAMPLES = {"state": 0x61800100, "flow": 0x80352006}
 _LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdef"
 
 
@@ -22,7 +24,13 @@ def markdown(language: str) -> str:
         fingerprint = Phrase("words-page-fingerprint", fingerprint=fingerprint_text(word_format))
         parts.append("## " + Phrase("words-page-heading", name=word_format.name, kind=kind).sentence(language))
         parts.append(fingerprint.sentence(language))
-        parts.append(f"```text\n{bit_diagram(word_format)}\n```")
+        diagram = bit_diagram(word_format)
+        example = _EXAMPLES.get(word_format.name)
+        if example is None:
+            parts.append(f"```text\n{diagram}\n```")
+        else:
+            parts.append(f"```text\n{diagram}\n {' '.join(f'{example:032b}')}\n```")
+            parts.append(Phrase(f"words-page-{word_format.name}-example", word=f"{example:08X}").sentence(language))
         parts.append(_table(word_format, language))
         parts += [rule.sentence(language) for rule in _rules(word_format, language)]
     return "\n\n".join(parts) + "\n"
