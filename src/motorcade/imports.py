@@ -9,7 +9,7 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).parent
 # The names of what is true only for a type checker.
-_FOR_TYPES = ("TYPE_CHECKING", "MYPY")
+FOR_TYPES = ("TYPE_CHECKING", "MYPY")
 # Only these hold imports: to look into expressions would take most of the time.
 _STATEMENTS = (ast.stmt, ast.excepthandler, ast.match_case)
 
@@ -51,7 +51,7 @@ def _imported(tree: ast.AST, lazily: bool) -> Iterator[str]:
     for node in ast.iter_child_nodes(tree):
         if not isinstance(node, _STATEMENTS):
             continue
-        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id in _FOR_TYPES:
+        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id in FOR_TYPES:
             continue
         if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) and not lazily:
             continue

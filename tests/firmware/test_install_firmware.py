@@ -124,8 +124,8 @@ def test_a_running_car_gets_files_that_run(esp32):
 
 def test_a_chip_carries_what_a_chip_needs(esp32, sources):
     assert len(sources) <= 31
-    assert sum(map(len, sources.values())) <= 176_000
-    assert sum(map(len, esp32.values())) <= 49_100
+    assert sum(map(len, sources.values())) <= 90_000
+    assert sum(map(len, esp32.values())) <= 41_000
     # What a word means is declared on the computer; a chip has the positions of fields.
     assert not any(
         path.startswith((f"{LIBRARY}/motorcade/devices", f"{LIBRARY}/motorcade/car/check")) for path in sources

@@ -1,6 +1,6 @@
 // Run a file of this folder under MicroPython, with Motorcade's portable files:
 // node run_micropython.mjs MODULE ARGUMENT... prints what MODULE's lines(ARGUMENT...) yields; arguments are JSON.
-// MOTORCADE_BOARD, a folder, stands for a board's files: the installed ones run instead of the portable files.
+// MOTORCADE_BOARD, a folder, stands for a board's files: what is installed there runs, and no file from here.
 // A MODULE that imports `meter` finds executed() there, which counts instructions (meter.mjs).
 import { readdirSync, readFileSync } from "node:fs";
 import { loadMicroPython } from "@micropython/micropython-webassembly-pyscript/micropython.mjs";
@@ -57,7 +57,7 @@ const python = await loadMicroPython({ heapsize: HEAP_BYTES, stdout: console.log
 if (meter) python.registerJsModule("meter", { executed: meter.executed });
 const board = process.env.MOTORCADE_BOARD;
 const modules = board ? installBoard(python.FS, board) : installMotorcade(python.FS);
-for (const folder of ["", "simulated/"]) {
+for (const folder of board ? [] : ["", "simulated/"]) {
   for (const file of pythonFiles(new URL(`./${folder}`, HERE))) copy(python.FS, new URL(folder + file, HERE), folder + file);
 }
 try {

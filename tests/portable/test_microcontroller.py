@@ -37,10 +37,13 @@ from motorcade.car.brain import VOICE_GO, VOICE_STOP
 from motorcade.config.pins import VoiceMap, parse_pins
 from motorcade.config.profile import built_in_profile
 from motorcade.firmware.car_files import board_files, settings_of, templates
+from motorcade.firmware.shortened import shortened
+from motorcade.imports import PACKAGE
 from motorcade.words.infrared import FrameReceiver, frame_durations_us, to_frame
 from motorcade.words.upload import READBACK_REQUEST
 
 HERE = Path(__file__).parent
+PORTABLE = [file for folder in ("words", "car", "boards") for file in (PACKAGE / folder).rglob("*.py")]
 CLASSROOM = built_in_profile("classroom")
 SEED = 3
 VOICE_MAP = VoiceMap(9600, ((b"\xaa\x01", VOICE_STOP), (b"\xaa\x02", VOICE_GO)))
@@ -136,11 +139,19 @@ def on_cpython(module: str, given: list[str]) -> list[str]:
     return subprocess.run(command, cwd=HERE, check=True, stdout=subprocess.PIPE, encoding="utf-8").stdout.splitlines()
 
 
+def helpers() -> dict[str, bytes]:
+    """What of this folder runs on the board: the car's modules have lost the constants that it imports."""
+    names = [*HERE.glob("*.py"), *HERE.glob("simulated/*.py")]
+    found = {f"lib/{file.relative_to(HERE).as_posix()}": file.read_bytes() for file in names}
+    sources = {f"lib/motorcade/{file.relative_to(PACKAGE).as_posix()}": file.read_bytes() for file in PORTABLE}
+    return {path: data for path, data in shortened(sources | found, "lib").items() if path in found}
+
+
 def on_micropython(module: str, given: list[str]) -> list[str]:
     """Return what ``module`` prints with the files that the installer puts on a board."""
     command = [str(HERE / "run_micropython.mjs"), module, *given]
     with TemporaryDirectory() as board:
-        for path, data in board_files(json.loads(given[0])).items():
+        for path, data in (board_files(json.loads(given[0])) | helpers()).items():
             target = Path(board, path)
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(data)

@@ -16,6 +16,7 @@ from motorcade.config.chips import CHIPS
 from motorcade.config.pins import INPUTS, PinMap, VoiceMap
 from motorcade.config.profile import Profile, levels_of
 from motorcade.errors import InputError
+from motorcade.firmware.shortened import shortened
 from motorcade.imports import PACKAGE, needed_files
 
 MAIN = "main.py"
@@ -47,6 +48,7 @@ def board_files(settings: dict[str, Any]) -> dict[str, bytes]:
         files[path] = file.read_bytes()
     # Motorcade's own needs CPython's importlib.
     files[f"{LIBRARY}/{PACKAGE.name}/__init__.py"] = b""
+    files = shortened(files, LIBRARY)
     files[SETTINGS_FILE] = json.dumps(settings).encode()
     files[MAIN] = main.read_bytes()
     return files

@@ -1,0 +1,273 @@
+"""Make a car's modules shorter and faster for a chip; they do the same.
+
+MicroPython looks a global name up each time that it is used, and one of another module twice. Therefore each integer
+constant takes the place of its name, and goes itself. Docstrings, annotations and what only a type checker reads go
+too, since a chip keeps names and texts in its memory.
+
+A constant is a name in capitals that its module binds once, outside of functions, to a number made of numbers and
+other constants.
+"""
+
+import ast
+import operator
+from collections import Counter
+from collections.abc import Callable, Mapping
+from pathlib import PurePosixPath
+from typing import Any
+
+from motorcade.imports import FOR_TYPES
+
+_OPERATORS: dict[type[ast.operator], Callable[[int, int], int]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.FloorDiv: operator.floordiv,
+    ast.LShift: operator.lshift,
+    ast.RShift: operator.rshift,
+    ast.BitOr: operator.or_,
+    ast.BitAnd: operator.and_,
+    ast.BitXor: operator.xor,
+}
+# A number in decimal digits, which takes less than a name.
+_Constants = dict[str, int]
+
+
+def shortened(files: Mapping[str, bytes], folder: str) -> dict[str, bytes]:
+    """Return ``files`` (path and bytes) with each module under ``folder`` shortened.
+
+    A module of constants alone is left out.
+
+    Args:
+        files: all modules of a program: another that imports a constant of theirs would not find it.
+        folder: the one that is searched for modules.
+    """
+    modules = {
+        _dotted(path, folder): _Module(ast.parse(data), path)
+        for path, data in files.items()
+        if path.startswith(f"{folder}/") and path.endswith(".py")
+    }
+    for module in modules.values():
+        module.read(modules)
+    for module in modules.values():
+        module.shorten(modules)
+    taken = {name for module in modules.values() for name in module.taken()}
+    found = dict(files)
+    for name, module in modules.items():
+        module.leave_out_unused(name, modules, taken)
+        if module.tree.body or not module.constants:
+            found[module.path] = "\n".join(map(_without_tuple, ast.unparse(module.tree).splitlines())).encode()
+        else:
+            del found[module.path]
+    return found
+
+
+class _Module:
+    """A module, and which of its names mean a number or another module.
+
+    Attributes:
+        constants: those that it defines.
+        numbers: these, and those that it imports by their names.
+        others: the dotted name of each module that a name means.
+    """
+
+    def __init__(self, tree: ast.Module, path: str) -> None:
+        self.tree = tree
+        self.path = path
+        self.constants: _Constants = {}
+        self.numbers: _Constants = {}
+        self.others: dict[str, str] = {}
+        self._bound = Counter(_bound(tree))
+        self._is_read = False
+
+    def read(self, modules: "Mapping[str, _Module]") -> None:
+        """Find what its names mean; the modules that it imports come first."""
+        if self._is_read:
+            return
+        self._is_read = True
+        for statement in self.tree.body:
+            if isinstance(statement, ast.ImportFrom):
+                self._import(statement, modules)
+            target = _target(statement)
+            if target is None or not target.isupper() or self._bound[target] > 1:
+                continue
+            number = self._number(statement.value, modules)  # type: ignore[attr-defined]
+            if number is not None:
+                self.constants[target] = self.numbers[target] = number
+
+    def _import(self, statement: ast.ImportFrom, modules: "Mapping[str, _Module]") -> None:
+        for alias in statement.names:
+            name = alias.asname or alias.name
+            if self._bound[name]:
+                # A function has its own of this name.
+                continue
+            dotted = f"{statement.module}.{alias.name}"
+            source = modules.get(str(statement.module))
+            if dotted in modules:
+                modules[dotted].read(modules)
+                self.others[name] = dotted
+            elif source:
+                source.read(modules)
+                if alias.name in source.constants:
+                    self.numbers[name] = source.constants[alias.name]
+
+    def _number(self, node: ast.expr | None, modules: "Mapping[str, _Module]") -> int | None:
+        """The value of an expression; None where it is no number made of numbers."""
+        match node:
+            case ast.Constant(value=int() as value) if not isinstance(value, bool):
+                return value
+            case ast.Name(id=name):
+                return self.numbers.get(name)
+            case ast.Attribute(value=ast.Name(id=name), attr=attribute) if name in self.others:
+                return modules[self.others[name]].constants.get(attribute)
+            case ast.UnaryOp(op=ast.USub(), operand=operand):
+                number = self._number(operand, modules)
+                return None if number is None else -number
+            case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
+                numbers = self._number(left, modules), self._number(right, modules)
+                if None not in numbers:
+                    return _OPERATORS[type(op)](*numbers)  # type: ignore[arg-type]
+        return None
+
+    def shorten(self, modules: "Mapping[str, _Module]") -> None:
+        """Put numbers in the place of names, and leave out what a chip doesn't need."""
+        _Shortening(self, modules).visit(self.tree)
+
+    def taken(self) -> set[str]:
+        """What it takes from other modules: dotted names that it imports, and names of attributes."""
+        names = set()
+        for node in ast.walk(self.tree):
+            match node:
+                case ast.ImportFrom():
+                    names |= {f"{node.module}.{alias.name}" for alias in node.names}
+                case ast.Attribute(attr=name):
+                    names.add(name)
+        return names
+
+    def leave_out_unused(self, own: str, modules: "Mapping[str, _Module]", taken: set[str]) -> None:
+        """Leave out constants, and imports that served annotations alone, unless another module takes them."""
+        used = {node.id for node in ast.walk(self.tree) if isinstance(node, ast.Name)}
+        is_package = self.path.endswith("/__init__.py")
+
+        def is_wanted(name: str) -> bool:
+            return name in taken or f"{own}.{name}" in taken
+
+        body = []
+        for statement in self.tree.body:
+            target = _target(statement)
+            if target in self.constants and not is_wanted(target):
+                continue
+            # What a package imports is there for others.
+            if isinstance(statement, ast.ImportFrom) and statement.module in modules and not is_package:
+                names = [(alias.asname or alias.name, alias) for alias in statement.names]
+                statement.names = [alias for name, alias in names if name in used or is_wanted(name)]
+                if not statement.names:
+                    continue
+            body.append(statement)
+        self.tree.body = body
+
+
+class _Shortening(ast.NodeTransformer):
+    """Changes the tree of one module."""
+
+    def __init__(self, module: _Module, modules: Mapping[str, _Module]) -> None:
+        self._module = module
+        self._modules = modules
+
+    def visit_ClassDef(self, node: ast.ClassDef) -> ast.AST:
+        self.generic_visit(node)
+        node.body = node.body or [ast.Pass()]
+        return node
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
+        node.returns = None
+        self.generic_visit(node)
+        node.body = node.body or [ast.Pass()]
+        return node
+
+    def visit_Expr(self, node: ast.Expr) -> ast.AST | None:
+        if isinstance(node.value, ast.Constant):
+            return None
+        return self.generic_visit(node)
+
+    def visit_arg(self, node: ast.arg) -> ast.AST:
+        node.annotation = None
+        return node
+
+    def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.AST | None:
+        if node.value is None:
+            return None
+        return self.visit_Assign(ast.copy_location(ast.Assign([node.target], node.value), node))
+
+    def visit_Assign(self, node: ast.Assign) -> ast.AST | None:
+        if _target(node) in FOR_TYPES:
+            return None
+        return self.generic_visit(node)
+
+    def visit_If(self, node: ast.If) -> Any:
+        if isinstance(node.test, ast.Name) and node.test.id in FOR_TYPES:
+            return [self.visit(statement) for statement in node.orelse]
+        return self.generic_visit(node)
+
+    def visit_ImportFrom(self, node: ast.ImportFrom) -> ast.AST | None:
+        node.names = [alias for alias in node.names if (alias.asname or alias.name) not in self._module.numbers]
+        return node if node.names else None
+
+    def visit_Name(self, node: ast.Name) -> ast.AST:
+        return self._replaced(node)
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
+        replaced = self._replaced(node)
+        return self.generic_visit(node) if replaced is node else replaced
+
+    def _replaced(self, node: ast.Name | ast.Attribute) -> ast.expr:
+        if not isinstance(node.ctx, ast.Load):
+            return node
+        number = self._module._number(node, self._modules)
+        if number is None:
+            return node
+        if number < 0:
+            return ast.UnaryOp(ast.USub(), ast.Constant(-number))
+        return ast.Constant(number)
+
+
+def _dotted(path: str, folder: str) -> str:
+    parts = PurePosixPath(path).relative_to(folder).with_suffix("").parts
+    if parts[-1] == "__init__":
+        parts = parts[:-1]
+    return ".".join(parts)
+
+
+def _without_tuple(line: str) -> str:
+    """Return a line of code in which ``a, b = (c, d)`` has no brackets: with them MicroPython makes a tuple."""
+    if ", " not in line or not line.endswith(")"):
+        return line
+    try:
+        statements = ast.parse(line.strip()).body
+    except SyntaxError:
+        # The first line of a block.
+        return line
+    match statements:
+        case [ast.Assign(targets=[ast.Tuple()], value=ast.Tuple(elts=[_, _, *_]) as value)]:
+            begin = len(line) - len(line.lstrip()) + value.col_offset
+            return line[:begin] + line[begin + 1 : -1]
+    return line
+
+
+def _target(statement: ast.stmt) -> str | None:
+    """The name that a statement binds, and nothing else."""
+    match statement:
+        case ast.Assign(targets=[ast.Name(id=name)]) | ast.AnnAssign(target=ast.Name(id=name)):
+            return name
+    return None
+
+
+def _bound(tree: ast.AST) -> list[str]:
+    """Each name as often as it is bound anywhere, also in functions and as an argument."""
+    names = []
+    for node in ast.walk(tree):
+        match node:
+            case ast.Name(id=name, ctx=ast.Store()) | ast.arg(arg=name):
+                names.append(name)
+            case ast.Global(names=declared):
+                names += declared
+    return names
