@@ -1,6 +1,7 @@
 """A driver's end and a car in one event loop with a mock clock: real sockets, no waiting; keys, and bad networks."""
 
 import asyncio
+import socket
 import threading
 from contextlib import AsyncExitStack, closing, suppress
 from dataclasses import replace
@@ -229,6 +230,19 @@ async def test_with_keys_a_driver_drives_under_the_name_in_them_and_goes_on_hear
         assert len(names) == 1
         await driver.stop()
         await until(lambda: not car.board.moves)
+
+
+@mock_clock
+async def test_with_keys_the_host_names_the_car_where_no_other_name_is_given(tls, keys, monkeypatch):
+    """Another car of the class, which has keys too, may answer at the address of the host."""
+    look_up = socket.getaddrinfo
+    monkeypatch.setattr(socket, "getaddrinfo", lambda host, *more, **options: look_up("127.0.0.1", *more, **options))
+    async with loop_car(tls) as car:
+        at = {"telemetry_port": car.telemetry_port, "keys": keys / "driver-lin.pem", "patience_s": 3}
+        async with DriveClient("ada", car.port, **at) as driver:
+            await until(lambda: driver.telemetry)
+        with pytest.raises(DriveError, match="bob"):
+            await come_and_drive(DriveClient("bob", car.port, **at))
 
 
 @pytest.mark.parametrize(
