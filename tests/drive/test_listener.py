@@ -15,6 +15,7 @@ from support.driven_car import PATIENT, DrivenCar
 from support.waiting import DEADLINE_S, wait_until
 
 STARTS, KNOCKS = 3, 5
+MUCH_BYTES = 10_000_000
 
 
 def knock(port: int, ended: threading.Event, knocks: list[int]) -> None:
@@ -73,6 +74,19 @@ async def listening(
         listener.close_to_newcomers()
         serving.cancel()
         await asyncio.gather(serving, return_exceptions=True)
+
+
+def test_what_a_client_does_not_read_takes_little_of_the_systems_memory() -> None:
+    """What waits there can't be counted, and is old when the client goes on."""
+
+    async def taken_bytes() -> int:
+        connected = asyncio.get_running_loop().create_future()
+        async with listening(connected.set_result, 1):
+            transport = await connected
+            transport.write(bytes(MUCH_BYTES))
+            return MUCH_BYTES - transport.get_write_buffer_size()
+
+    assert asyncio.run(taken_bytes()) < 100_000
 
 
 def test_the_end_of_an_answer_does_not_wait_for_its_beginning_to_be_acknowledged() -> None:
