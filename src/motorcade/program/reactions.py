@@ -29,10 +29,11 @@ _RANDOM = "random"
 
 
 def reactions_of(step: Step) -> list[Step]:
-    """Return the steps that start together with a drive for what it minds; none for other steps."""
+    """Return the steps that start together with a drive for what it can mind; none for other steps."""
     if not isinstance(step, DrivingStep) or step.unless is None:
         return []
-    return [_reaction(condition, step) for condition in alternatives(step.unless)]
+    minded = alternatives(step.unless)
+    return [_reaction(condition, step) for condition in minded if not _fault(condition, step)]
 
 
 def parts_at_once(step: Step) -> list[Step]:

@@ -2,13 +2,14 @@ import * as Blockly from "blockly/core";
 import { beforeAll, describe, expect, it } from "vitest";
 import texts from "virtual:texts/studio";
 import type { EditorName, Profile } from "../api/types";
+import type { Mat } from "../generated/world";
 import { startTexts } from "../i18n";
 import { FIRST_STEPS } from "../projects/project";
 import { useSettings } from "../state/settings";
 import { refusal, typesIn } from "./clipboard";
 import { DECIDING_BLOCKS } from "./deciding";
-import { defineBlocks, canStandIn, toolboxOf } from "./definitions";
-import { fitEnds } from "./endings";
+import { defineBlocks, canStandIn, stepsFor, toolboxOf } from "./definitions";
+import { fitEnds, offerEnds } from "./endings";
 import { nameOf } from "./names";
 import { emptyState } from "./workspaces";
 
@@ -113,7 +114,7 @@ describe("the blocks", () => {
     const [speed, figure] = [drive.getField("SPEED")!.getText(), drive.getField("SPEED")!.getTooltip()];
     const now = Object.keys(Blockly.Blocks).map(saved);
     useSettings.setState({ level: "words" });
-    expect(few).toHaveLength(6);
+    expect(few).toHaveLength(5);
     expect([speed, figure]).toEqual(["medium", "200 mm/s"]);
     expect(now).toEqual(before);
   });
@@ -135,12 +136,34 @@ describe("the blocks", () => {
   });
 
   it("of a mission are those that it names, on the first level too", () => {
-    const types = () => offered(["drive", "pir"]);
+    const types = () => offered(["drive", "wait"]);
     useSettings.setState({ level: "start" });
     const first = types();
     useSettings.setState({ level: "words" });
-    expect(first).toEqual(["motorcade_drive", "motorcade_pir"]);
-    expect(types()).toEqual(["motorcade_drive", "motorcade_pir", "motorcade_infrared"]);
+    expect(first).toEqual(["motorcade_drive", "motorcade_wait"]);
+    expect(types()).toEqual(["motorcade_drive", "motorcade_wait", "motorcade_infrared"]);
+  });
+
+  it.each<[string, object, string]>([
+    ["a road", { line: [{}] }, "motorcade_follow_line"],
+    ["a person", { person: [{}] }, "motorcade_when_person"],
+    ["a voice", { voice: [{}] }, "motorcade_when_voice"],
+    ["a wall", { wall: [{}] }, "motorcade_when_obstacle"],
+    ["dark floor", { spot: [{}] }, "motorcade_when_floor"],
+  ])("are more on the first level where %s is on the stage", (_, mat, wanted) => {
+    useSettings.setState({ level: "start" });
+    const all = (staged: string[]) => JSON.stringify(toolboxOf("followers", null, staged));
+    const [without, withIt] = [all([]), all(stepsFor(mat as Mat))];
+    useSettings.setState({ level: "words" });
+    expect(without).not.toContain(wanted);
+    expect(withIt).toContain(wanted);
+  });
+
+  it("of a mission have a drive that minds what it allows, and no block that needs a together beside it", () => {
+    const contents = (steps: string[]) => JSON.stringify(toolboxOf("leader", steps));
+    expect(contents(["follow_line", "pir"])).toContain('"motorcade_follow_line","fields":{},"inputs":{"UNLESS"');
+    expect(contents(["follow_line", "pir"])).not.toContain("motorcade_pir");
+    expect(contents(["follow_line", "pir", "together"])).toContain("motorcade_pir");
   });
 
   it("of a leader that decides are few on the first level, and in a mission those whose kinds it allows", () => {
@@ -178,10 +201,12 @@ describe("what ends a step", () => {
 
   it("can be chosen only where conditions are", () => {
     const block = new Blockly.Workspace().newBlock("motorcade_wait");
-    fitEnds(block, () => true);
-    expect(shown(block)).toContain("ENDS_ROW");
-    fitEnds(block, () => false);
-    expect(shown(block)).not.toContain("ENDS_ROW");
+    const ways = [true, false].map((asks) => {
+      offerEnds(() => ({ asks, minded: [], shows: true }));
+      fitEnds(block);
+      return shown(block).includes("ENDS_ROW");
+    });
+    expect(ways).toEqual([true, false]);
   });
 
   it("takes its condition along, and brings it back when that is undone", () => {
@@ -209,11 +234,56 @@ describe("what ends a step", () => {
     drive.setFieldValue("both", "ENDS");
     drive.getInput("UNTIL")!.connection!.connect(condition(workspace));
     together.getInput("STEPS")!.connection!.connect(drive.previousConnection!);
-    fitEnds(together, () => true);
+    fitEnds(together);
     expect([drive.getFieldValue("ENDS"), shown(drive)]).toEqual(["time", ["TIME"]]);
     together.setFieldValue("until", "ENDS");
-    fitEnds(together, () => true);
+    fitEnds(together);
     expect(shown(drive)).toEqual([]);
+  });
+});
+
+describe("what a drive minds", () => {
+  const driving = () => new Blockly.Workspace().newBlock("motorcade_drive");
+  const said = (block: Blockly.Block) => block.getInput("UNLESS")!.isVisible() && block.getField("MINDS")!.getText();
+  const menu = (block: Blockly.Block) => (block.getField("ENDS") as Blockly.FieldDropdown).getOptions(false).map(([, value]) => value);
+
+  it("is chosen in its small field, one thing beside another", () => {
+    offerEnds(() => ({ asks: false, minded: ["pir", "avoid", "floor"], shows: true }));
+    const block = driving();
+    fitEnds(block);
+    const steps = [[said(block), menu(block)]];
+    for (const kind of ["unless pir", "unless avoid"]) {
+      block.setFieldValue(kind, "ENDS");
+      fitEnds(block);
+      steps.push([said(block), menu(block)]);
+    }
+    // Nothing is left to choose: the field keeps the ends that the block could have.
+    expect(steps).toEqual([
+      [false, ["unless pir", "unless avoid"]],
+      ["unless", ["unless avoid"]],
+      ["mind:", ["time", "until", "both"]],
+    ]);
+    expect(Blockly.serialization.blocks.save(block)).toMatchObject({
+      fields: { DIRECTION: "forward" },
+      inputs: { UNLESS: { block: { type: "motorcade_when_any", inputs: { OF0: { block: { type: "motorcade_when_person" } } } } } },
+    });
+  });
+
+  it("holds a random drive on dark floor, and turns a car away from what is near", () => {
+    offerEnds(() => ({ asks: false, minded: ["avoid", "floor"], shows: true }));
+    const block = driving();
+    block.setFieldValue("random", "DIRECTION");
+    expect(menu(block)).toEqual(["unless avoid", "unless floor"]);
+    block.setFieldValue("unless avoid", "ENDS");
+    fitEnds(block);
+    expect(said(block)).toMatch(/^turn away/);
+  });
+
+  it("is nothing that a car can't mind", () => {
+    const workspace = new Blockly.Workspace();
+    const socket = workspace.newBlock("motorcade_drive").getInput("UNLESS")!.connection!;
+    const fits = (type: string) => socket.getConnectionChecker().canConnect(socket, workspace.newBlock(type).outputConnection!, false);
+    expect(["person", "any", "chance", "not"].map((kind) => fits(`motorcade_when_${kind}`))).toEqual([true, true, false, false]);
   });
 });
 

@@ -6,9 +6,9 @@ import { say } from "../i18n";
 import { notify } from "../state/dialogs";
 import { useSettings, type ThemeName } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { hatOf, offersConditions, toolboxOf } from "./definitions";
+import { hatOf, mindedBy, offersConditions, stepsFor, toolboxOf } from "./definitions";
 import { DRAWER_PLUGINS } from "./drawers";
-import { fitEnds, fitEveryBlock, isSelected } from "./endings";
+import { fitEnds, fitEveryBlock, isSelected, offerEnds } from "./endings";
 import { followNames } from "./names";
 
 const live = new Map<EditorName, Blockly.WorkspaceSvg>();
@@ -31,18 +31,41 @@ let offer: { steps: readonly string[] | null; locked: boolean } = { steps: null,
 /** Offer the blocks of a mission in all editors, also in those that are created later. */
 export function offerBlocks(steps: readonly string[] | null, locked: boolean): void {
   offer = { steps, locked };
-  for (const [editor, workspace] of live) {
-    workspace.updateToolbox(toolboxOf(editor, steps));
+  offerAgain();
+  for (const workspace of live.values()) {
     lock(workspace);
-    fitAll(editor, workspace);
+    fitAll(workspace);
   }
 }
 
-/** Whether steps in this editor may end by a condition. */
-const mayAsk = (editor: EditorName) => editor === "leader" && offersConditions(offer.steps);
+/** Fill all toolboxes anew. */
+function offerAgain(): void {
+  for (const [editor, workspace] of live) workspace.updateToolbox(toolboxOf(editor, offer.steps, staged));
+}
 
-function fitAll(editor: EditorName, workspace: Blockly.WorkspaceSvg): void {
-  for (const top of workspace.getTopBlocks(false)) fitEnds(top, (block) => mayAsk(editor) && isSelected(block));
+/** The kinds of steps for what stands on the stage, which the first level offers with its own. */
+let staged: readonly string[] = stepsFor(useStudio.getState().mat);
+
+/** Offer blocks for what somebody puts on the stage. To be called once. */
+export function followStage(): void {
+  useStudio.subscribe(({ mat }, before) => {
+    if (mat === before.mat) return;
+    const now = stepsFor(mat);
+    if (now.join() === staged.join()) return;
+    staged = now;
+    offerAgain();
+  });
+}
+
+// Only a leader's steps end by a condition; a follower minds what a leader does.
+offerEnds((block) => ({
+  asks: editorOf(block.workspace) === "leader" && offersConditions(offer.steps),
+  minded: mindedBy(offer.steps),
+  shows: isSelected(block),
+}));
+
+function fitAll(workspace: Blockly.WorkspaceSvg): void {
+  for (const top of workspace.getTopBlocks(false)) fitEnds(top);
 }
 
 /** The editors whose blocks somebody else makes, which this page only shows. */
@@ -70,7 +93,7 @@ export function emptyState(editor: EditorName): WorkspaceState {
 
 export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.WorkspaceSvg {
   const workspace = Blockly.inject(host, {
-    toolbox: toolboxOf(editor, offer.steps),
+    toolbox: toolboxOf(editor, offer.steps, staged),
     theme: themeOf(useSettings.getState().theme),
     renderer: "zelos",
     plugins: DRAWER_PLUGINS,
@@ -88,7 +111,7 @@ export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.
   host.addEventListener("focusin", () => beginUnderHat(editor, workspace));
   live.set(editor, workspace);
   lock(workspace);
-  fitEveryBlock(workspace, (block) => mayAsk(editor) && isSelected(block));
+  fitEveryBlock(workspace);
   followNames(workspace);
   return workspace;
 }
@@ -196,7 +219,7 @@ export function fill(editor: EditorName, state: WorkspaceState): void {
   if (workspace.getBlocksByType(hatOf(editor)).length === 0) {
     Blockly.serialization.blocks.append({ type: hatOf(editor), id: hatOf(editor), x: 24, y: 24 }, workspace);
   }
-  fitAll(editor, workspace);
+  fitAll(workspace);
   measureAgain(workspace);
   workspace.clearUndo();
   restoreHistory(editor, workspace);
