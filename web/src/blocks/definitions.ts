@@ -250,7 +250,7 @@ export function stepsFor(mat: Mat | null): string[] {
 /** What drives can mind, with these kinds of steps of a mission. */
 export const mindedBy = (steps: readonly string[] | null) => MINDED_KINDS.filter((kind) => !steps || steps.includes(kind));
 
-/** A block of the toolbox, with a picture above it of what its kind does. */
+/** A block of the toolbox, with a picture above it of what a kind does. */
 const offered = (kind: string, state: { type: string } = { type: kind }) => [...pictureAbove(kind), { kind: "block", ...state }];
 
 /**
@@ -271,7 +271,7 @@ export function toolboxOf(editor: EditorName, steps: readonly string[] | null = 
   const driving = STEP_KINDS.filter(({ kind, drives }) => drives && allowed(kind)).map(({ kind }) => `motorcade_${kind}`);
   const minding = MINDED_KINDS.filter((kind) => driving.length > 0 && allowed(kind));
   const contentsOf = (drawer: keyof typeof DRAWERS) => [
-    ...(drawer === "sense" ? minding.flatMap((kind) => offered(kind, mindingBlock(driving[0]!, kind))) : []),
+    ...(drawer === "sense" ? minding.flatMap((kind) => offered(kind === "floor" ? "stop_on_dark" : kind, mindingBlock(driving[0]!, kind))) : []),
     ...DRAWERS[drawer].filter(isShown).flatMap((type) => offered(type)),
   ];
   return {

@@ -116,7 +116,7 @@ function shape(block: Blockly.Block, way: Way, offered: boolean): void {
     show(block, ENDS_ROW, asks || offered),
     show(block, BREAK, asks),
     show(block, UNTIL, asks),
-    fitUnless(block),
+    fitUnless(block, show),
   ];
   if (changed.includes(true) && block instanceof Blockly.BlockSvg) void block.queueRender();
 }

@@ -9,7 +9,10 @@ import { say } from "../i18n";
 
 export const UNLESS = "UNLESS";
 const LABEL = "MINDS";
+/** The end of the line before; the text beside the socket; and the long one, on a line of its own. */
 const BREAK = "UNLESS_BREAK";
+const BESIDE = "UNLESS_BESIDE";
+const ABOVE = "UNLESS_ABOVE";
 /** What conditions are that a drive can mind. */
 export const MINDED_CHECK = "Minded";
 const ANY = "motorcade_when_any";
@@ -34,10 +37,13 @@ const DRIVING: ReadonlySet<string> = new Set(STEP_KINDS.filter(({ drives }) => d
 export const drives = (type: string): boolean => DRIVING.has(type);
 export const isMinded = (type: string): boolean => MINDED_TYPES.has(type);
 
-/** The inputs of the socket, on a line of their own. */
+/** The inputs of the socket, on lines of their own. */
 export const unlessInputs = (): Record<string, unknown>[] => [
   { type: "input_end_row", name: BREAK },
   { type: "field_label", name: LABEL, text: "" },
+  { type: "input_dummy", name: BESIDE },
+  { type: "field_label", text: say("blocks.unless.turns") },
+  { type: "input_end_row", name: ABOVE },
   { type: "input_value", name: UNLESS, check: MINDED_CHECK },
 ];
 
@@ -53,24 +59,20 @@ function mindedIn(block: Blockly.Block | null): string[] {
   return block.getChildren(false).flatMap(mindedIn);
 }
 
-/** Say before the socket what the car does: an obstacle holds no car, but turns it away. */
-function labelOf(types: readonly string[]): string {
-  const turning = types.filter((type) => type === OBSTACLE);
-  if (!turning.length) return say("blocks.unless.holds");
-  return say(turning.length === types.length ? "blocks.unless.turns" : "blocks.unless.mixed");
-}
-
-/** Show the socket where something is in it, with its text; whether that changed anything. */
-export function fitUnless(block: Blockly.Block): boolean {
-  const socket = block.getInput(UNLESS);
-  if (!socket) return false;
-  const types = mindedIn(socket.connection!.targetBlock());
+/** Show the socket where something is in it. Its text says what the car does: an obstacle holds no car, but turns it away. */
+export function fitUnless(block: Blockly.Block, show: (block: Blockly.Block, name: string, shown: boolean) => boolean): boolean {
+  if (!block.getInput(UNLESS)) return false;
+  const types = mindedIn(block.getInputTargetBlock(UNLESS));
   const isShown = types.length > 0;
-  if (isShown) block.getField(LABEL)!.setValue(labelOf(types), false);
-  const changed = socket.isVisible() !== isShown;
-  block.getInput(BREAK)!.setVisible(isShown);
-  socket.setVisible(isShown);
-  return changed;
+  const turnsOnly = isShown && types.every((type) => type === OBSTACLE);
+  block.getField(LABEL)!.setValue(say(types.includes(OBSTACLE) ? "blocks.unless.mixed" : "blocks.unless.holds"), false);
+  const changed = [
+    show(block, BREAK, isShown),
+    show(block, BESIDE, isShown && !turnsOnly),
+    show(block, ABOVE, turnsOnly),
+    show(block, UNLESS, isShown),
+  ];
+  return changed.includes(true);
 }
 
 /** What else a block can mind, of what is offered, as choices of its small field. */
