@@ -285,7 +285,7 @@ describe("what a drive minds", () => {
   it("is nothing that a car can't mind", () => {
     const workspace = new Blockly.Workspace();
     const socket = workspace.newBlock("motorcade_drive").getInput("UNLESS")!.connection!;
-    const fits = (type: string) => socket.getConnectionChecker().canConnect(socket, workspace.newBlock(type).outputConnection!, false);
+    const fits = (type: string) => socket.getConnectionChecker().canConnect(socket, workspace.newBlock(type).outputConnection, false);
     expect(["person", "any", "chance", "not"].map((kind) => fits(`motorcade_when_${kind}`))).toEqual([true, true, false, false]);
   });
 });

@@ -179,9 +179,11 @@ export const DRAWER_PLUGINS = { flyoutsVerticalToolbox: Drawer };
 class FittedInflater extends Blockly.BlockFlyoutInflater {
   override load(state: object, flyout: Blockly.IFlyout): Blockly.FlyoutItem {
     const item = super.load(state, flyout);
-    const block = item.getElement() as Blockly.BlockSvg;
-    fitEnds(block);
-    block.render();
+    const block = item.getElement();
+    if (block instanceof Blockly.BlockSvg) {
+      fitEnds(block);
+      block.render();
+    }
     return item;
   }
 }

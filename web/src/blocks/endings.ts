@@ -158,6 +158,11 @@ export function fitEnds(first: Blockly.Block): void {
   for (const block of first.getDescendants(false)) fitBlock(block);
 }
 
+/** Fit all blocks of a workspace, as after they were loaded. */
+export function fitAll(workspace: Blockly.Workspace): void {
+  for (const top of workspace.getTopBlocks(false)) fitEnds(top);
+}
+
 /** Fit each block that comes, moves, is selected or left, changes how it ends, or gets or loses something inside. */
 export function fitEveryBlock(workspace: Blockly.WorkspaceSvg): void {
   // Who walks into a block's fields with the keyboard selects nothing until another block is selected.
@@ -172,7 +177,7 @@ export function fitEveryBlock(workspace: Blockly.WorkspaceSvg): void {
       return;
     }
     if (event instanceof Blockly.Events.BlockDelete && isMinded(event.oldJson?.type ?? "")) {
-      for (const block of workspace.getAllBlocks(false)) fitBlock(block);
+      fitAll(workspace);
       return;
     }
     const isChange = event instanceof Blockly.Events.BlockChange && [ENDS, "DIRECTION"].includes(event.name ?? "");
