@@ -10,7 +10,7 @@ import { DECIDING_BLOCKS, holdParts, type Message, NEVER_OFFERED } from "./decid
 import { CONDITION_CHECK, EndsField, endsInputs, followEnds, TIME } from "./endings";
 import { levelText, plainSeconds, secondsMeaning } from "./figures";
 import { NameField } from "./names";
-import { type BlockIcon, IconField, iconOf, SecondsField, SpeedField, speedsOf } from "./fields";
+import { type BlockIcon, IconField, iconOf, SecondsField, SpeedField, speedsOf, TurnField } from "./fields";
 import { pictureAbove } from "./drawers";
 import { isMinded, MINDED_CHECK, MINDED_KINDS, mindingBlock } from "./minding";
 
@@ -84,7 +84,10 @@ const STEPS = [{ name: "STEPS" }];
 
 /** The block of a kind of step. */
 function definitionOf({ kind, category, accompanies, holds, fields }: StepKind): Definition {
-  const inputs = (profile: Profile) => fields.map((field) => inputOf(field, profile));
+  const inputs = (profile: Profile) => {
+    const turn = kind === "drive" ? [{ type: TurnField.KIND, name: TurnField.NAME, rates: profile.turn_rates_deg_s }] : [];
+    return [...fields.map((field) => inputOf(field, profile)), ...turn];
+  };
   const takesTime = kind !== "repeat";
   return { message: kind, style: category, icon: kind, fields: inputs, takesTime, accompanies, ...(holds ? { holds: STEPS } : {}) };
 }
@@ -176,7 +179,7 @@ function jsonOf(type: string, profile: Profile): Record<string, unknown> {
 
 /** Define the blocks for this profile and in the current language. */
 export function defineBlocks(profile: Profile): void {
-  for (const field of [SecondsField, SpeedField, IconField, EndsField, NameField]) {
+  for (const field of [SecondsField, SpeedField, TurnField, IconField, EndsField, NameField]) {
     Blockly.registry.register(Blockly.registry.Type.FIELD, field.KIND, field, true);
   }
   for (const [type, { takesTime, accompanies, hat }] of Object.entries(DEFINITIONS)) {
@@ -188,6 +191,7 @@ export function defineBlocks(profile: Profile): void {
         if (type === "motorcade_drive") {
           SpeedField.followDirection(this);
           SpeedField.showFigures(this, profile);
+          TurnField.follow(this);
         }
         if (takesTime) followEnds(this, accompanies === true);
         if (this.getInput("OF1")) holdParts(this);

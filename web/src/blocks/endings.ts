@@ -6,6 +6,7 @@
 
 import * as Blockly from "blockly/core";
 import { say } from "../i18n";
+import { TurnField } from "./fields";
 import { choicesOf, drives, fitUnless, isMinded, type Minded, mindChosen, unlessInputs } from "./minding";
 
 export const ENDS = "ENDS";
@@ -132,6 +133,7 @@ export function followEnds(block: Blockly.Block, accompanying: boolean): void {
   block.getField(ENDS)!.setValidator((way: Way) => {
     if (mindChosen(block, way)) return null;
     shape(block, way, block.getInput(ENDS_ROW)!.isVisible());
+    block.getField(TurnField.NAME)?.forceRerender();
     return way;
   });
 }
