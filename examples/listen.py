@@ -1,8 +1,8 @@
 """Cars stop when somebody says 'stop', and continue at 'go'."""
 
-from motorcade import Program, World, compile_program, formation, forward, open_table, together, voice
+from motorcade import Program, World, compile_program, formation, forward, heard, open_table
 
-program = Program(leader=[together(forward(3, speed=1), voice())], followers=[together(forward(3, speed=1), voice())])
+program = Program(leader=[forward(3, speed=1, unless=heard())], followers=[forward(3, speed=1, unless=heard())])
 
 if __name__ == "__main__":
     world = World(open_table(formation(2)), [compile_program(program).image])

@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 
-from motorcade import Pose, Program, World, compile_program, forward, open_table, pir, together
+from motorcade import Pose, Program, World, compile_program, forward, open_table, person
 from motorcade.mats import Person
 
-program = Program(leader=[together(forward(3), pir())])
+program = Program(leader=[forward(3, unless=person())])
 # The person comes from the side, stands in front of the car from second 3 to second 6, and walks on.
 passer_by = Person(((0, 2.5, 6), (3, 2.5, 0), (6, 2.5, 0), (9, 2.5, -6)))
 

@@ -1,10 +1,10 @@
 """A herd: all cars wander at random and avoid each other."""
 
-from motorcade import Program, avoid, show, together, wander
+from motorcade import Program, obstacle, show, wander
 
 program = Program(
-    leader=[together(wander(3, speed=1), avoid(2, 3))],
-    followers=[together(wander(3, speed=2), avoid(2, 3))],
+    leader=[wander(3, speed=1, unless=obstacle(2))],
+    followers=[wander(3, speed=2, unless=obstacle(2))],
 )
 
 if __name__ == "__main__":

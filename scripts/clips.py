@@ -33,15 +33,15 @@ _BLOCKS: dict[str, tuple[list[dict[str, Any]], dict[str, Any]]] = {
     "wait": ([_SHORT, {"wait": {"seconds": 1}}], {}),
     "led": ([{"led": {"which": 0, "seconds": 1}}, {"led": {"which": 2, "seconds": 1}}], {}),
     "avoid": (
-        [{"together": [_GO, {"avoid": {"radius": 2, "seconds": 3}}]}],
+        [{"drive": {**_GO["drive"], "unless": {"obstacle": 2}}}],
         {"disc": [{"centre_m": [0.75, 0.31], "radius_m": 0.1}]},
     ),
     "voice": (
-        [{"together": [_GO, {"voice": {}}]}],
+        [{"drive": {**_GO["drive"], "unless": {"voice": "stop"}}}],
         {"voice": [{"at_s": 1, "word": "stop"}, {"at_s": 2.4, "word": "go"}]},
     ),
     "pir": (
-        [{"together": [_GO, {"pir": {}}]}],
+        [{"drive": {**_GO["drive"], "unless": {"person": {}}}}],
         {"person": [{"path": [[0, 0.6, 0.25], [1.2, 0.6, 0.25], [2, 0.6, 3]]}]},
     ),
     "follow_line": ([{"follow_line": {"speed": 2, "seconds": 4}}], {"line": [_ROAD]}),

@@ -139,7 +139,11 @@ def _class_name(step: StepKind) -> str:
 
 
 def _class(step: StepKind) -> str:
-    base = "AccompanyingStep" if step.accompanies else "Step"
+    base = "Step"
+    if step.accompanies:
+        base = "AccompanyingStep"
+    elif any(chosen.bits == "motor_speed" for chosen in step.inputs):
+        base = "DrivingStep"
     lines = [
         "@dataclass(frozen=True, slots=True)",
         f"class {_class_name(step)}({base}):",

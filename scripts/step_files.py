@@ -14,7 +14,16 @@ from motorcade.program.blocks import SETTINGS_IN_START
 from motorcade.program.conditions import SENSES
 from motorcade.program.parts import word_fields
 from motorcade.program.python_calls import STEP_NAMES
-from motorcade.program.steps import COMMON, KINDS, RepeatStep, Step, TogetherStep, first_value, own_fields
+from motorcade.program.steps import (
+    COMMON,
+    KINDS,
+    DrivingStep,
+    RepeatStep,
+    Step,
+    TogetherStep,
+    first_value,
+    own_fields,
+)
 from motorcade.words.field import WordFormat
 from motorcade.words.flow import CONDITIONS, OPS
 from motorcade.words.formats import CONTROL, FLOW, HEADER, STATE
@@ -77,6 +86,7 @@ def _step_kinds() -> list[dict[str, Any]]:
             "icon": declared[kind.kind].icon,
             "in_start": kind.in_start,
             "accompanies": kind.accompanies,
+            "drives": issubclass(kind, DrivingStep),
             "holds": kind in (TogetherStep, RepeatStep),
             "fields": [_input(each) for each in own_fields(kind)],
             **({"group": kind.group, "sets": kind.sets} if kind.group else {}),

@@ -9,6 +9,7 @@ from motorcade.missions.document import missions
 from motorcade.program.blocks import SETTINGS_IN_START
 from motorcade.program.flow_steps import FLOW_KINDS
 from motorcade.program.model import Followers, placed_steps
+from motorcade.program.reactions import reactions_of
 from motorcade.program.steps import KINDS, own_fields
 
 MISSIONS = {each.id: each for each in missions()}
@@ -50,6 +51,10 @@ DECIDING = {
 }
 
 
+# What a drive's block can mind; these kinds have blocks of their own only where something can stand beside them.
+MINDED = {"pir", "voice", "avoid", "floor"}
+
+
 def deciding_names(palette, blocks):
     """The names of these blocks, of what they ask, and of what ends a step."""
     names = set()
@@ -67,8 +72,11 @@ def names_in_palette(mission, language):
     blocks = page["startBlocks" if is_start else "blocks"]
     names = {page["editors"]["leader"], page["editors"]["followers"], *hat_of(page, is_start)}
     names |= deciding_names(mission.palette, page["blocks"])
+    for kind in MINDED & {*mission.palette}:
+        names |= {page["blocks"]["minds"][kind], *page["blocks"]["unless"].values()}
     for kind in [*({*mission.palette} - {each.kind for each in FLOW_KINDS}), *([] if is_start else ["infrared"])]:
-        names |= parts_of(blocks[kind])
+        stands_alone = kind not in KINDS or not KINDS[kind].accompanies or "together" in mission.palette
+        names |= parts_of(blocks[kind]) if stands_alone else set()
         for field in own_fields(KINDS[kind]) if kind in KINDS else ():
             menu = field.metadata.get("menu")
             names |= {page["blocks"][option] for option in field.metadata["schema"].get("enum", ())}
@@ -83,7 +91,8 @@ def test_the_solution_is_made_of_blocks_and_switches_that_the_page_shows(name):
     mission = MISSIONS[name]
     is_start = mission.document["level"] == "start"
     followers = mission.solution.followers or Followers([])
-    assert {step.kind for _, step in placed_steps(mission.solution)} <= {*mission.palette}
+    steps = [step for _, step in placed_steps(mission.solution)]
+    assert {part.kind for step in steps for part in (step, *reactions_of(step))} <= {*mission.palette}
     settings = {
         name for name in ("accept_ir", "forward", "tagged") if getattr(followers, name) != getattr(Followers([]), name)
     }

@@ -12,13 +12,18 @@ from motorcade import (
     compile_program,
     decompile,
     forward,
+    heard,
     led,
     left,
+    obstacle,
+    person,
     pir,
     read_program,
     together,
+    turn_left_to_line,
     voice,
     wait,
+    wander,
 )
 from motorcade.config.profile import Profile
 from motorcade.errors import MotorcadeError
@@ -87,7 +92,8 @@ def test_the_largest_image_comes_back(word: int, level: int, tagged: int) -> Non
     [
         Program([forward(3), left(1, speed=1), together(forward(2), led(1, 1))]),
         Program([led(0, 2), voice(3)], [forward(3), led(2, 3)]),
-        Program([], Followers([forward(3), led(0, 1), together(left(2), led(1, 1), voice())], forward=True)),
+        Program([], Followers([forward(3), led(0, 1), together(left(2, unless=heard()), led(1, 1))], forward=True)),
+        Program([forward(3, unless=person()), wander(2, unless=obstacle(1) | heard()), turn_left_to_line(1)]),
         Program([], Followers([led(0, 3), led(1, 2, accept_ir=True), forward(1, forward=True)], accept_ir=False)),
         Program([], Followers([led(0, 3), led(0, 3)], tagged=True)),
         Program([], Followers([forward(4), together(forward(1), led(0, 1))], tagged=True)),

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from motorcade import Followers, Program, led, wait
+from motorcade import Followers, Program, dark, heard, led, obstacle, person, wait, wander
 from motorcade import forward as ahead
 from motorcade.config.profile import built_in_profile
 from motorcade.engine.events import FRAME
@@ -210,6 +210,24 @@ def test_only_what_stands_ahead_is_in_the_way(kind, depth_mm, heading_deg, side_
 def _x_m(studio):
     """Where the first car is, from the picture that the page gets."""
     return struct.unpack_from("<f", studio.pictures.moment(is_stored=False))[0]
+
+
+@pytest.mark.parametrize(
+    ("step", "mat", "code"),
+    [
+        (ahead(3, unless=person()), {"person": [{"path": [[0, 0.6, 0]]}]}, "why-minds-person"),
+        (ahead(3, unless=heard()), {"voice": [{"at_s": 0.1, "word": "stop"}]}, "why-minds-voice"),
+        (ahead(3, unless=obstacle(3)), {"disc": [{"centre_m": [0.5, 0], "radius_m": 0.1}]}, "why-minds-obstacle"),
+        (wander(3, unless=dark()), {"spot": [{"centre_m": [0, 0], "radius_m": 0.4}]}, "why-minds-floor"),
+        # Who minds two things is told of the one that holds the car.
+        (ahead(3, unless=person() | heard()), {"person": [{"path": [[0, 0.6, 0]]}]}, "why-minds-person"),
+        (ahead(3, unless=person()), {}, "why-leads"),
+        (ahead(3), {"person": [{"path": [[0, 0.6, 0]]}]}, "why-leads"),
+    ],
+)
+def test_who_minds_something_says_what(step, mat, code):
+    studio = played(project([(0, 0, 0), (0, 5, 0)], leader=[step], **mat), 400)
+    assert cause(studio, 0).code == code
 
 
 def test_who_drives_against_the_edge_or_a_leader_is_told_what_would_be_needed():

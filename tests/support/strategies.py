@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from motorcade import Followers, Program
 from motorcade.car.brain import FORWARD, LEFT, RANDOM_FORWARD, RIGHT
 from motorcade.config.profile import Profile, built_in_profile
-from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, Step, TogetherStep, own_fields
+from motorcade.program.conditions import any_of, heard, obstacle, person
+from motorcade.program.steps import SIMPLE_KINDS, DrivingStep, RepeatStep, Step, TogetherStep, own_fields
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words
 from motorcade.words.infrared import TAGS, tagged_frame
@@ -46,8 +47,14 @@ def made(
 
 
 def single_steps(seconds: st.SearchStrategy[float], **more: st.SearchStrategy) -> st.SearchStrategy[Step]:
-    """Steps that are no list of others."""
-    return st.one_of([made(kind, seconds, **more) for kind in SIMPLE_KINDS])
+    """Steps that are no list of others; those that drive mind something or nothing."""
+    return st.one_of([made(kind, seconds, **more, **_minding(kind)) for kind in SIMPLE_KINDS])
+
+
+def _minding(kind: type[Step]) -> dict[str, st.SearchStrategy]:
+    senses = st.sampled_from([person(), heard(), *map(obstacle, range(4))])
+    several = st.lists(senses, min_size=1, unique_by=lambda condition: condition.sense).map(any_of)
+    return {"unless": st.none() | several} if issubclass(kind, DrivingStep) else {}
 
 
 @st.composite

@@ -14,7 +14,6 @@ VOICE = Device(
             Block(
                 "sense",
                 "M12 3a3 3 0 0 0-3 3v6a3 3 0 0 0 6 0V6a3 3 0 0 0-3-3ZM6 11a6 6 0 0 0 12 0M12 17v4M9 21h6",
-                in_start=True,
             ),
             inputs=(seconds(),),
             sets=(("voice", 1),),

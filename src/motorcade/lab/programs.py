@@ -18,7 +18,16 @@ from motorcade.program.flow_steps import (
     TellStep,
 )
 from motorcade.program.model import Followers, Program
-from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, Step, TogetherStep, own_fields
+from motorcade.program.reactions import with_unless
+from motorcade.program.steps import (
+    SIMPLE_KINDS,
+    AvoidStep,
+    DrivingStep,
+    RepeatStep,
+    Step,
+    TogetherStep,
+    own_fields,
+)
 
 Steps = tuple[Step, ...]
 # Draws a step that stands so many blocks deep.
@@ -50,6 +59,9 @@ class ProgramSource:
         self._alone = [kind for kind in self._simple if not kind.accompanies] or self._simple
         self._repeats = RepeatStep in kinds
         self._joins = TogetherStep in kinds
+        # A drive minds what has bits of its word beside it.
+        drives = any(issubclass(kind, DrivingStep) for kind in self._simple)
+        self._minds = drives and any(kind.accompanies or kind is AvoidStep for kind in self._simple)
         # What a leader that decides has besides; as in the page, conditions come with the block 'if'.
         self._asks = IfStep in kinds
         self._counts = ChangeStep in kinds
@@ -159,11 +171,15 @@ class ProgramSource:
         if self._repeats and not depth and random.random() < 0.15:
             steps = tuple(self._step(random, depth + 1) for _ in range(random.randint(1, 2)))
             return RepeatStep(random.choice(_TIMES), steps)
-        if self._joins and random.random() < 0.3:
+        if (self._joins or self._minds) and random.random() < 0.3:
             first = self._simple_step(random, random.choice(self._alone), joined=True)
             others = [kind for kind in self._simple if kind.group != first.group]
             if others:
-                return TogetherStep((first, self._simple_step(random, random.choice(others), joined=True)))
+                parts = with_unless([first, self._simple_step(random, random.choice(others), joined=True)])
+                if len(parts) == 1:
+                    return parts[0]
+                if self._joins:
+                    return TogetherStep(tuple(parts))
         return self._simple_step(random, random.choice(self._alone))
 
     def _simple_step(self, random: Random, kind: type[Step], joined: bool = False) -> Step:

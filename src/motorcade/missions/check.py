@@ -19,6 +19,7 @@ from motorcade.missions.watch import MissionWatch, begun_words, run_to_next
 from motorcade.program.compiler import compile_program
 from motorcade.program.decompiler import DecompileError, decompile
 from motorcade.program.model import Program, placed_steps
+from motorcade.program.reactions import reactions_of
 from motorcade.words.packing import bytes_to_words
 
 # The kind of the result for steps that the mission does not allow.
@@ -187,7 +188,8 @@ def steps_result(mission: Mission, program: Program | None) -> GoalResult | None
     allowed = mission.document.get("steps")
     if allowed is None or program is None:
         return None
-    others = sorted({step.kind for _, step in placed_steps(program)} - set(allowed))
+    used = {beside.kind for _, step in placed_steps(program) for beside in (step, *reactions_of(step))}
+    others = sorted(used - set(allowed))
     if others:
         why = Phrase("goal-steps-not-allowed", used=_listed(others), allowed=_listed(allowed))
     else:

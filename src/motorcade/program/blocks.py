@@ -2,8 +2,8 @@
 
 Each step is a block of its own type, with the step's fields in capitals. Some kinds have a type for each form: a repeat
 so many times, until a condition holds, or for ever. Conditions are blocks, too. They stand in the inputs WHEN and UNTIL
-of steps, and in those of other conditions. The field ENDS of a step that takes time says what ends it: its time, a
-condition, or whichever comes first.
+of steps, in UNLESS of those that drive, and in those of other conditions. The field ENDS of a step that takes time says
+what ends it: its time, a condition, or whichever comes first.
 
 These types are no steps: the hat, which is the first block of each workspace, above the steps; the block that defines a
 function, a top block of the leader's workspace; and the infrared block, whose settings hold for the steps inside it.
@@ -51,6 +51,10 @@ _BLOCK_PX = 72
 # What ends a step: its time, a condition, or whichever comes first.
 BY_TIME, BY_CONDITION, _BY_BOTH = "time", "until", "both"
 ENDS = (BY_TIME, BY_CONDITION, _BY_BOTH)
+
+
+# The input of a drive's block with what it minds; it may be empty.
+UNLESS = "UNLESS"
 
 
 class BlockField(NamedTuple):
@@ -204,6 +208,8 @@ def _block(step: Document, path: str, depth: int) -> Block:
     if form.condition:
         condition = _condition_block(content[form.condition], path, depth)
         block = _with_inside(block, form.condition.upper(), condition)
+    if "unless" in content:
+        block = _with_inside(block, UNLESS, _condition_block(content["unless"], path, depth))
     for capitals, name in form.rows:
         block = _with_inside(block, capitals, _blocks(content[name], path, depth + 1))
     return block

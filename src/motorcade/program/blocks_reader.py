@@ -25,6 +25,7 @@ from motorcade.program.blocks import (
     SETTINGS,
     SIMPLE,
     TAGGED,
+    UNLESS,
     WAIT_UNTIL,
     Block,
     BlockField,
@@ -37,7 +38,7 @@ from motorcade.program.diagnostics import BEHIND, DELETE, Diagnostic, Fix, Progr
 from motorcade.program.flow_steps import ALL_KINDS, IN_TURN, DoStep, TellStep
 from motorcade.program.model import Program, program_from_dict
 from motorcade.program.schema import FORMAT
-from motorcade.program.steps import RepeatStep, TogetherStep, WaitStep
+from motorcade.program.steps import DrivingStep, RepeatStep, TogetherStep, WaitStep
 
 _TICKS = {"TRUE": True, "FALSE": False}
 _LEVELS = {str(level): level for level in range(4)}
@@ -195,6 +196,9 @@ class _BlocksReading:
         # A step that accompanies others has no fields in a together: it lasts as long as the together.
         if not (around.inside == TogetherStep.kind and ALL_KINDS[form.kind].accompanies):
             content |= _values(block, form.fields, path)
+        minded = _connected(_object(block.get("inputs"), path, block).get(UNLESS), path, block)
+        if minded and not _is_off(minded) and issubclass(ALL_KINDS[form.kind], DrivingStep):
+            content["unless"] = self._condition(block, UNLESS, path, block, around.depth)
         if form.condition:
             content[form.condition] = self._condition(block, form.condition.upper(), path, block, around.depth)
         for capitals, name in form.rows:

@@ -224,6 +224,22 @@ def atoms(condition: Condition) -> Iterator[Condition]:
         yield from atoms(part)
 
 
+def alternatives(condition: Condition) -> Iterator[Condition]:
+    """Yield the conditions that ``any`` joins, also one inside another; of another condition, itself."""
+    if not isinstance(condition, AnyOf):
+        yield condition
+        return
+    for part in condition.parts:
+        yield from alternatives(part)
+
+
+def any_of(conditions: Sequence[Condition]) -> Condition:
+    """Return the condition that one of some holds; of one, that condition."""
+    if len(conditions) == 1:
+        return conditions[0]
+    return AnyOf(tuple(conditions))
+
+
 def counters_in(condition: Condition) -> Sequence[str]:
     """Return the names of the counters that a condition asks."""
     return [atom.counter for atom in atoms(condition) if isinstance(atom, Counted)]

@@ -48,6 +48,7 @@ from motorcade.program.parts import (
     to_ms,
     with_durations,
 )
+from motorcade.program.reactions import reactions_of, wrong_reactions
 from motorcade.program.steps import LONGEST_S, RepeatStep, Step, TogetherStep, is_deciding
 from motorcade.words.formats import CONTROL
 
@@ -139,8 +140,12 @@ class Expander:
 
     def _check_step(self, step: Step, path: str) -> bool:
         before = len(self.diagnostics)
+        self.diagnostics += wrong_reactions(step, path, step.id)
         if isinstance(step, TogetherStep):
-            self._check_conflict(step, path)
+            for position, part in enumerate(step.steps):
+                self.diagnostics += wrong_reactions(part, f"{path}.together[{position}]", part.id or step.id)
+            if len(self.diagnostics) == before:
+                self._check_conflict(step, path)
             for position, part in enumerate(step.steps):
                 place = f"{path}.together[{position}]"
                 self._check_duration(part, place, step.id)
@@ -159,18 +164,19 @@ class Expander:
     def _check_conflict(self, step: TogetherStep, path: str) -> None:
         seen: dict[str, str] = {}
         for position, part in enumerate(step.steps):
-            if part.group in seen:
-                kinds = Phrase(f"step-{part.kind}")
-                other = Phrase(f"step-{seen[part.group]}")
-                if other != kinds:
-                    kinds = Phrase("one-and-other", first=other, second=kinds)
-                place = f"{path}.together[{position}]"
-                problem = error("parallel-conflict", place, part.id or step.id, kinds=kinds)
-                # Behind the together, a step that accompanies others would have no duration.
-                if part.id is not None and getattr(part, "seconds", None) is not None:
-                    problem = problem.with_fixes(Fix(BEHIND))
-                self.diagnostics.append(problem)
-            seen[part.group] = part.kind
+            for beside in (part, *reactions_of(part)):
+                if beside.group in seen:
+                    kinds = Phrase(f"step-{beside.kind}")
+                    other = Phrase(f"step-{seen[beside.group]}")
+                    if other != kinds:
+                        kinds = Phrase("one-and-other", first=other, second=kinds)
+                    place = f"{path}.together[{position}]"
+                    problem = error("parallel-conflict", place, part.id or step.id, kinds=kinds)
+                    # Behind the together, a step that accompanies others would have no duration.
+                    if part.id is not None and getattr(part, "seconds", None) is not None:
+                        problem = problem.with_fixes(Fix(BEHIND))
+                    self.diagnostics.append(problem)
+                seen[beside.group] = beside.kind
 
     def _check_duration(self, step: Step, path: str, step_id: str | None) -> None:
         seconds = getattr(step, "seconds", None)

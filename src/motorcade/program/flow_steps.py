@@ -170,7 +170,7 @@ def do(function: str, **more: Any) -> DoStep:
 flow = FlowStep
 
 
-def conditions_of(step: Step) -> tuple[Condition, ...]:
-    """Return the condition that a step asks, if any."""
-    asked = step.when if isinstance(step, IfStep) else step.until
-    return () if asked is None else (asked,)
+def conditions_of(step: Step) -> list[Condition]:
+    """Return the conditions that a step has."""
+    named = (getattr(step, name, None) for name in ("when", "unless", "until"))
+    return [condition for condition in named if condition is not None]

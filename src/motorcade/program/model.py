@@ -21,7 +21,7 @@ from motorcade.config.files import (
     place_text,
 )
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.program.conditions import NAME, condition_document, condition_of
+from motorcade.program.conditions import NAME, alternatives, any_of, condition_document, condition_of
 from motorcade.program.diagnostics import (
     Diagnostic,
     Fix,
@@ -46,6 +46,7 @@ from motorcade.program.schema import (
 )
 from motorcade.program.steps import (
     COMMON,
+    DrivingStep,
     RepeatStep,
     Step,
     TogetherStep,
@@ -274,6 +275,8 @@ def _step_from(document: dict[str, Any]) -> Step:
     values = {**document, **content}
     if "until" in values:
         values["until"] = condition_of(values["until"])
+    if "unless" in values:
+        values["unless"] = any_of(list(alternatives(condition_of(values["unless"]))))
     return ALL_KINDS[kind].of_checked(values)
 
 
@@ -305,6 +308,8 @@ def _content_as_dict(step: Step) -> Any:
         value = getattr(step, own.name)
         if value is not None and (not isinstance(step, FlowStep) or value != own.default):
             content[own.name] = value
+    if isinstance(step, DrivingStep) and step.unless is not None:
+        content["unless"] = condition_document(step.unless)
     if isinstance(step, RepeatStep):
         if step.until is not None:
             content["until"] = condition_document(step.until)

@@ -7,6 +7,7 @@ from heapq import heappop, heappush
 from math import ceil, floor
 from typing import Any, NamedTuple
 
+from motorcade.program.reactions import parts_at_once, with_unless
 from motorcade.program.steps import SIMPLE_KINDS, AccompanyingStep, Step, TogetherStep, WaitStep, own_fields
 from motorcade.words.formats import CONTROL
 
@@ -94,11 +95,8 @@ def parts_of(step: Step) -> WordParts:
 
     Parts with a duration come first, from the word's most significant bits on.
     """
-    steps: tuple[Step, ...] = (step,)
-    if isinstance(step, TogetherStep):
-        steps = step.steps
     parts = []
-    for single in steps:
+    for single in parts_at_once(step):
         parts.append(_part_of(single))
         if isinstance(single, AccompanyingStep) and (single.seconds is not None or single.until is not None):
             parts.append(_part_of(WaitStep(single.seconds)))
@@ -184,7 +182,7 @@ def step_in(word: int, levels_ms: tuple[int, ...], longest_ms: int | None = None
                 values["seconds"] = to_seconds(duration_ms)
             found[kind.group] = kind(**values)
             told |= layout.own_mask
-    steps = list(found.values())
+    steps = with_unless(list(found.values()))
     companions = [step for step in steps if isinstance(step, AccompanyingStep)]
     if len(steps) == 1 and not companions:
         return steps[0]

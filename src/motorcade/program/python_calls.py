@@ -27,6 +27,7 @@ from motorcade.program.steps import (
     COMMON,
     KINDS,
     SIMPLE_KINDS,
+    DrivingStep,
     RepeatStep,
     Step,
     TogetherStep,
@@ -41,7 +42,7 @@ NAMES = (PROGRAM, FOLLOWERS, *STEP_NAMES, TELL, FLOW, RANDOM, *CONDITION_NAMES)
 # Later errors are often consequences of the first ones.
 MOST_ERRORS = 20
 _LONGEST_NAME = 40
-UNTIL = "until"
+UNTIL, UNLESS = "until", "unless"
 # What a comparison of a counter asks, and whether it has to hold; the same where the number is on the left.
 _COMPARISONS: dict[type[ast.cmpop], tuple[str, bool]] = {
     ast.Eq: ("is", True),
@@ -134,13 +135,21 @@ class CallReader:
         content: dict[str, Any] = dict(kind.names[name])
         common: dict[str, Any] = {}
         inside: list[ast.expr] = []
-        for key, argument, _ in self._arguments(value, getattr(steps, name), inside):
+        named = [*COMMON, UNTIL]
+        if issubclass(kind, DrivingStep):
+            named.append(UNLESS)
+        for key, argument, _ in self._arguments(value, getattr(steps, name), inside, named):
             target = content
             at = f"{path}.{kind.kind}.{key}"
             if key in COMMON or key == UNTIL:
                 target = common
                 at = f"{path}.{key}"
-            given = self._condition(argument) if key == UNTIL else self._value(argument)
+            if key in (UNTIL, UNLESS):
+                given = self._condition(argument)
+                if isinstance(given, bool):
+                    self._refuse("python-no-condition", argument)
+            else:
+                given = self._value(argument)
             if given is not None:
                 target[key] = given
             self.spans[at] = self.source.span(argument)
@@ -154,11 +163,15 @@ class CallReader:
         return {kind.kind: content, **common}
 
     def _arguments(
-        self, call: ast.Call, what: Callable[..., Any], inside: list[ast.expr] | None = None
+        self,
+        call: ast.Call,
+        what: Callable[..., Any],
+        inside: list[ast.expr] | None = None,
+        named: Sequence[str] = (),
     ) -> Iterator[tuple[str, ast.expr, Any]]:
         """Yield each argument of a call, and of those with a default that are absent none: name, value, place.
 
-        The steps inside a step are appended to ``inside``.
+        The steps inside a step are appended to ``inside``; ``named`` are arguments that have no position.
         """
         names, defaults, takes_steps = parameters_of(what)
         seen: set[str] = set()
@@ -174,9 +187,7 @@ class CallReader:
                 deleted = fixes.without_argument(self.source, call, value)
                 function = ast.unparse(call.func)
                 self._refuse("python-too-many-values", value, deleted, name=function, names=", ".join(names))
-        allowed = list(names)
-        if inside is not None:
-            allowed += [*COMMON, UNTIL]
+        allowed = [*names, *named]
         for keyword in call.keywords:
             if keyword.arg is None:
                 self._refuse("python-star", keyword.value)

@@ -14,6 +14,7 @@ from motorcade.program.conditions import (
     Counted,
     Not,
     Sensing,
+    alternatives,
     counters_in,
     without_double_not,
 )
@@ -31,6 +32,7 @@ from motorcade.program.model import Followers, Program, placed_steps
 from motorcade.program.python_calls import parameters_of
 from motorcade.program.steps import (
     COMMON,
+    DrivingStep,
     RepeatStep,
     Step,
     is_deciding,
@@ -45,7 +47,21 @@ _CALLS = {"voice": "heard", "floor": "dark"}
 
 def needs_statements(program: Program) -> bool:
     """Whether a program holds what only functions and statements say."""
-    return bool(program.functions) or any(is_deciding(step) for _, step in placed_steps(program))
+    return bool(program.functions) or any(
+        is_deciding(step) or (_minded(step) and not _is_sensed(step)) for _, step in placed_steps(program)
+    )
+
+
+def _minded(step: Step) -> list[Condition]:
+    """Return the conditions of a step's ``unless``."""
+    if not isinstance(step, DrivingStep) or step.unless is None:
+        return []
+    return list(alternatives(step.unless))
+
+
+def _is_sensed(step: Step) -> bool:
+    """Whether what a step minds is all sensed, as it has to be in a program without errors."""
+    return all(isinstance(condition, Sensing) for condition in _minded(step))
 
 
 def changed_counters(program: Program) -> list[str]:
@@ -119,6 +135,10 @@ class StatementTexts:
     def call_around(self, step: Step, inside: Iterable[str]) -> str:
         """Return a step as a call on one line; ``inside`` are the calls of the steps inside it."""
         positional, named = values_of(step)
+        if minded := _minded(step):
+            # Where a program is a list of steps, Python itself reads it, and takes no word between conditions.
+            sign = " | " if _is_sensed(step) else " or "
+            named.append(f"unless={sign.join(self.condition(condition, sign) for condition in minded)}")
         if step.until is not None:
             named.append(f"until={self.condition(step.until)}")
         return f"{self.name(name_of(step))}({', '.join([*positional, *inside, *named])})"

@@ -23,7 +23,7 @@ from motorcade.program.python_comments import (
 from motorcade.program.python_functions import functions_text, updated_functions
 from motorcade.program.python_reader import VARIABLE, PythonProgram, read_python
 from motorcade.program.python_text import StatementTexts, name_of, needs_statements, settings_of, values_of
-from motorcade.program.steps import Step, walk
+from motorcade.program.steps import Step
 
 
 def python_text(program: Program) -> str:
@@ -139,7 +139,8 @@ class _Writer:
 
     def _one_line(self, item: WrittenStep) -> str:
         if item.text:
-            self.texts.used |= {name_of(step) for _, step in walk([item.step], "")}
+            # The text stays; only the names that it needs are of interest.
+            self.texts.call(item.step)
             return item.text
         return self.texts.call_around(item.step, map(self._one_line, item.inside()))
 

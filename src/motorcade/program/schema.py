@@ -22,6 +22,7 @@ from motorcade.program.steps import (
     SECONDS,
     SHORTEST_DWELL_S,
     SIMPLE_KINDS,
+    DrivingStep,
     RepeatStep,
     Step,
     TogetherStep,
@@ -147,4 +148,7 @@ def _fields_of(kind: type[Step], inside: bool = False, more: dict[str, Schema] |
     own = own_fields(kind)
     if inside and kind.accompanies:
         own = ()
-    return table(**{own_field.name: own_field.metadata["schema"] for own_field in own} | (more or {}))
+    schemas = {own_field.name: own_field.metadata["schema"] for own_field in own} | (more or {})
+    if issubclass(kind, DrivingStep):
+        schemas["unless"] = _CONDITION
+    return table(("unless",), **schemas)

@@ -16,7 +16,7 @@ from motorcade.config.arguments import plain
 from motorcade.config.check import Schema, allowed, choice, fits, flag, number, whole
 from motorcade.devices import DEVICES
 from motorcade.devices.declaration import Input
-from motorcade.program.conditions import Condition
+from motorcade.program.conditions import Condition, alternatives, any_of
 from motorcade.words.formats import CONTROL
 
 LONGEST_S = 86400
@@ -144,6 +144,26 @@ class AccompanyingStep(Step):
     seconds: float | None = field(default=None, metadata={"schema": SECONDS})
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DrivingStep(Step):
+    """The base of the kinds that drive.
+
+    Attributes:
+        unless: what the car minds while it drives: one condition, or several joined by any. A person or 'stop' holds
+            its wheels, an obstacle turns it away, and dark floor holds a random drive.
+    """
+
+    unless: Condition | None = None
+
+    def __post_init__(self) -> None:
+        Step.__post_init__(self)
+        if self.unless is None:
+            return
+        if not isinstance(self.unless, Condition):
+            raise ValueError(f"{self.kind}: unless is {self.unless!r}; allowed: a condition")
+        object.__setattr__(self, "unless", any_of(list(alternatives(self.unless))))
+
+
 def own_fields(kind: type[Step]) -> tuple[Any, ...]:
     """Return the dataclass fields of a kind that have a schema: all but id, the settings and the steps inside."""
     if kind not in _OWN_FIELDS:
@@ -174,7 +194,7 @@ def _values_of(kind: type[Step]) -> list[tuple[str, Any]]:
 
 # Written by scripts/generate.py from motorcade.devices; don't edit.
 @dataclass(frozen=True, slots=True)
-class DriveStep(Step):
+class DriveStep(DrivingStep):
     """Drive or turn for some seconds; speed level 0 stands still, 3 is fastest (c3)."""
 
     direction: str
@@ -216,7 +236,7 @@ class PirStep(AccompanyingStep):
 
 
 @dataclass(frozen=True, slots=True)
-class FollowLineStep(Step):
+class FollowLineStep(DrivingStep):
     """Drive along a dark line for some seconds (c3 forward with the bit floor)."""
 
     speed: int
@@ -224,7 +244,7 @@ class FollowLineStep(Step):
 
 
 @dataclass(frozen=True, slots=True)
-class TurnToLineStep(Step):
+class TurnToLineStep(DrivingStep):
     """Turn until a line is under the car, then stand (c3 left or right with the bit floor)."""
 
     direction: str
@@ -233,7 +253,7 @@ class TurnToLineStep(Step):
 
 
 @dataclass(frozen=True, slots=True)
-class StopOnDarkStep(Step):
+class StopOnDarkStep(DrivingStep):
     """Drive on with random turns, but stand on a dark floor (c3 random with the bit floor)."""
 
     speed: int

@@ -38,6 +38,7 @@ from motorcade.program.flow_steps import (
 )
 from motorcade.program.fragments import drawn_below
 from motorcade.program.parts import lasting, step_in, to_ms
+from motorcade.program.reactions import parts_at_once, with_unless
 from motorcade.program.steps import (
     AccompanyingStep,
     RepeatStep,
@@ -324,28 +325,30 @@ class Structure:
 
     def _long_step(self, states: list[int], is_endless: bool) -> Step:
         """Return the step of several states; its parts go on from one to the next."""
-        made = [step_in(self._words[state], self._levels_ms) for state in states]
-        first = made[0]
+        made = [parts_at_once(step_in(self._words[state], self._levels_ms)) for state in states]
         until = self._until(self._words[states[0]])
-        if not isinstance(first, TogetherStep):
-            return replace(self._long_part(first, made, is_endless), until=until)
+        if len(made[0]) == 1:
+            return replace(self._long_part(made[0][0], made, is_endless), until=until)
         parts = []
-        for part in first.steps:
+        for part in made[0]:
             if not isinstance(part, AccompanyingStep):
                 part = self._long_part(part, made, is_endless)
             parts.append(part)
+        parts = with_unless(parts)
+        if len(parts) == 1:
+            return replace(parts[0], until=until)
         return TogetherStep(tuple(parts), until=until)
 
-    def _long_part(self, part: Step, made: Sequence[Step], is_endless: bool) -> Step:
+    def _long_part(self, part: Step, made: Sequence[Sequence[Step]], is_endless: bool) -> Step:
         """Return a part with the time for which it goes on through steps; without one where only a condition ends it.
 
         Args:
-            made: the steps of the states in order.
+            made: the parts of each state in order.
             is_endless: whether the last state goes on until the condition holds.
         """
         total_ms = last_ms = 0
-        for step in made:
-            same = [other for other in _parts_of(step) if _is_same(other, part)]
+        for parts in made:
+            same = [other for other in parts if _is_same(other, part)]
             if not same:
                 return lasting(part, total_ms)
             last_ms = to_ms(getattr(same[0], "seconds", None) or 0) or 0
@@ -439,10 +442,6 @@ def _negated(condition: Condition) -> Condition:
     if isinstance(condition, AnyOf):
         return All(tuple(map(_negated, condition.conditions)))
     return Not(condition)
-
-
-def _parts_of(step: Step) -> tuple[Step, ...]:
-    return step.steps if isinstance(step, TogetherStep) else (step,)
 
 
 def _is_same(some: Step, other: Step) -> bool:

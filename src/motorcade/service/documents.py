@@ -8,11 +8,13 @@ import msgspec
 
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats.document import document_in, mat_of
-from motorcade.program.blocks import Workspace, blocks_of
+from motorcade.program.blocks import LEADER_HAT, PREFIX, Workspace, blocks_of
 from motorcade.program.blocks_reader import program_of
 from motorcade.program.diagnostics import NotJsonError, ProgramError
 from motorcade.program.model import Program, program_from_dict, read_document
+from motorcade.program.reactions import minding
 from motorcade.program.schema import FORMAT
+from motorcade.program.steps import TogetherStep
 from motorcade.service.messages import Blocks, Difficulty, Example, MatDocument, Project, sentences
 
 # Each is the file ``gallery/<id>.motorcade.json``, in the order in which the page lists them; with its difficulty.
@@ -30,6 +32,8 @@ EXAMPLES: dict[str, Difficulty] = {
     "statues": 3,
 }
 
+# What a block has beside what its step says.
+_PLACED = ("x", "y", "next", "icons", "collapsed")
 # What a project keeps of the page beside its blocks.
 _SETTINGS = ("range_mm", "python", "level")
 
@@ -63,7 +67,7 @@ def open_text(text: str | bytes) -> Project:
     document = read_document(text)
     program = program_from_dict(document)
     view = document.get("view")
-    leader, followers = _stored_blocks(view, program) or blocks_of(program)
+    leader, followers = _minding(_stored_blocks(view, program) or blocks_of(program))
     own = (_setting(view, name) for name in _SETTINGS)
     return Project(leader, followers, program.profile, document.get("mat"), *own)
 
@@ -106,7 +110,7 @@ def open_mat(text: str, name: str) -> MatDocument:
 
 def project_of(program: Program) -> Project:
     """Return a project for a program without a layout. Raises ProgramError where blocks can't express it."""
-    return Project(*blocks_of(program), program.profile)
+    return Project(*_minding(blocks_of(program)), program.profile)
 
 
 def _setting(view: Any, name: str) -> Any:
@@ -128,6 +132,45 @@ def _stored_blocks(view: Any, program: Program) -> tuple[Workspace, Workspace | 
     if whole_program(stored) != program:
         return None
     return stored.leader, stored.followers
+
+
+def _minding(workspaces: tuple[Workspace, Workspace | None]) -> tuple[Workspace, Workspace | None]:
+    """Return workspaces, which are changed: drives mind what stood beside them in a together."""
+    left: list[Any] = [state for state in workspaces if state]
+    while left:
+        part = left.pop()
+        places = enumerate(part) if isinstance(part, list) else part.items()
+        for key, inner in [*places]:
+            if isinstance(inner, dict | list):
+                part[key] = _opened(inner)
+                left.append(part[key])
+    return workspaces
+
+
+def _opened(block: Any) -> Any:
+    """Return a together's block as that of the drive which minds all that stood beside it; anything else as it is."""
+    if isinstance(block, list) or block.get("type") != f"{PREFIX}{TogetherStep.kind}":
+        return block
+    if _has_more(block.get("inputs", {}).get("STEPS", {}).get("block")):
+        return block
+    alone = {key: value for key, value in block.items() if key != "next"}
+    hat = {"type": LEADER_HAT, "next": {"block": alone}}
+    program = whole_program(Blocks({"blocks": {"blocks": [hat]}}))
+    minds = minding(program)
+    if minds == program:
+        return block
+    leader, _ = blocks_of(minds)
+    made = leader["blocks"]["blocks"][0]["next"]["block"]
+    return {**made, **{key: block[key] for key in _PLACED if key in block}}
+
+
+def _has_more(block: Any) -> bool:
+    """Whether a block of a row, or one below it, has a comment or is switched off, which no program says."""
+    while block:
+        if not block.keys() <= {"type", "id", "fields", "inputs", "next"}:
+            return True
+        block = block.get("next", {}).get("block")
+    return False
 
 
 def whole_program(blocks: Blocks) -> Program:

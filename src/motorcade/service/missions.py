@@ -22,6 +22,7 @@ from motorcade.program.blocks import blocks_of
 from motorcade.program.blocks_reader import program_of
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Followers, Program
+from motorcade.program.reactions import minding
 from motorcade.service.documents import text_format
 from motorcade.service.messages import (
     MatDocument,
@@ -186,7 +187,7 @@ def open_mission(choice: MissionChoice, stars: Stars) -> Mission:
     document = mission.document
     has_followers = len(mission.mat.starts.leaders) < len(mission.mat.starts)
     start = mission.start or Program([], Followers([]) if has_followers else None, document["profile"])
-    leader, followers = blocks_of(start)
+    leader, followers = blocks_of(minding(start))
     return Mission(
         **_told(mission),
         edits=document["edits"],

@@ -22,6 +22,7 @@ from motorcade.program.model import Program, placed_steps, with_ids_of
 from motorcade.program.parts import MOST_PIECES, word_fields
 from motorcade.program.python_reader import read_python
 from motorcade.program.python_writer import python_text, updated_text
+from motorcade.program.reactions import parts_at_once
 from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, Step, TogetherStep, own_fields
 from motorcade.service import messages
 from motorcade.service.documents import project_of, whole_program
@@ -261,13 +262,18 @@ def _words(compiled: Compiled, program: Program) -> list[messages.Word]:
     fields_of: dict[str, dict[str, str]] = {}
     for path, step in placed_steps(program):
         if isinstance(step, TogetherStep):
-            fields_of[path] = {name: part.id for part in step.steps if part.id for name in _FIELDS[part.kind]}
+            fields_of[path] = {name: part.id for part in step.steps if part.id for name in _fields_of(part)}
     for number, (word, (path, block)) in enumerate(zip(control, compiled.origins[1:], strict=True)):
         part: Literal["leader", "followers"] = "followers"
         if number < compiled.leader_states:
             part = "leader"
         words.append(messages.Word(f"{word:08x}", part, block, fields_of.get(path, {})))
     return words
+
+
+def _fields_of(part: Step) -> list[str]:
+    """Return the fields of a control word that a part of a together fills."""
+    return [name for beside in parts_at_once(part) for name in _FIELDS[beside.kind]]
 
 
 def _costliest(compiled: Compiled, too_many: str, prefix: str, steps: Sequence[Step]) -> messages.Costliest | None:

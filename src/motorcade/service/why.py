@@ -21,6 +21,7 @@ from motorcade.mats.model import Point
 from motorcade.program.blocks import INFRARED
 from motorcade.service.deciding import Deciding, doing
 from motorcade.service.messages import MatDocument, RangeMm, Remedy, WorkspaceState, sentences
+from motorcade.service.minding import minded
 from motorcade.service.world_messages import CarNumber, ReceivedFrame, Why
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import parse_image_bytes
@@ -81,6 +82,8 @@ def why(
     word, runs = world.memory_of(car, (WORD, RUNNING))
     if runs and follows_line(word) and not _sees_line(world, car):
         return _why(Phrase("why-no-line"))
+    if runs and (phrase := minded(world, car)):
+        return _why(phrase)
     if car in leaders:
         return _why(_of_leader(world, deciding, car, word, bool(runs)))
     words = _followers_words(world.images[0])

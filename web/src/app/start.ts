@@ -4,7 +4,7 @@ import * as Blockly from "blockly/core";
 import { registerClipboard } from "../blocks/clipboard";
 import { defineBlocks, setBlocklyLanguage } from "../blocks/definitions";
 import { startPrinting } from "../blocks/picture";
-import { startThemes } from "../blocks/workspaces";
+import { followStage, startThemes } from "../blocks/workspaces";
 import { registerBlockStops } from "../certainty/stops";
 import { languageNow, say } from "../i18n";
 import { toggleChase } from "../mat/store";
@@ -78,6 +78,7 @@ function listenForKeys(): void {
 export function start(): void {
   startOtherTabs();
   startThemes();
+  followStage();
   compileEveryChange();
   listenForKeys();
   watchMissions();

@@ -8,7 +8,7 @@ import { useSettings } from "../state/settings";
 import { refusal, typesIn } from "./clipboard";
 import { DECIDING_BLOCKS } from "./deciding";
 import { defineBlocks, canStandIn, toolboxOf } from "./definitions";
-import { fitEnds } from "./endings";
+import { fitEnds, offerEnds } from "./endings";
 import { nameOf } from "./names";
 import { emptyState } from "./workspaces";
 
@@ -99,6 +99,19 @@ describe("the blocks", () => {
     expect(block.getField("SPEED")!.getText()).toContain("60");
   });
 
+  it.each([
+    ["forward", "3", 1, ""],
+    ["left", "3", 1, "a quarter turn"],
+    ["right", "1", 6, "half a turn"],
+    ["left", "2", 1, "60°"],
+  ])("say how far a turn goes: %s at speed %s for %i s", (direction, speed, seconds, told) => {
+    const block = new Blockly.Workspace().newBlock("motorcade_drive");
+    for (const [name, value] of Object.entries({ DIRECTION: direction, SPEED: speed, SECONDS: seconds })) block.setFieldValue(value, name);
+    expect(block.getField("TURN")!.getText()).toBe(told);
+    block.setFieldValue("until", "ENDS");
+    expect(block.getField("TURN")!.getText()).toBe("");
+  });
+
   it("are all to be had from a toolbox, but for the hats", () => {
     const all = new Set([...offered(), ...offered(undefined, "leader")]);
     expect([...all].sort()).toEqual(Object.keys(Blockly.Blocks).filter((type) => !/leader|followers|flow$/.test(type)).sort());
@@ -113,7 +126,7 @@ describe("the blocks", () => {
     const [speed, figure] = [drive.getField("SPEED")!.getText(), drive.getField("SPEED")!.getTooltip()];
     const now = Object.keys(Blockly.Blocks).map(saved);
     useSettings.setState({ level: "words" });
-    expect(few).toHaveLength(6);
+    expect(few).toHaveLength(5);
     expect([speed, figure]).toEqual(["medium", "200 mm/s"]);
     expect(now).toEqual(before);
   });
@@ -135,12 +148,12 @@ describe("the blocks", () => {
   });
 
   it("of a mission are those that it names, on the first level too", () => {
-    const types = () => offered(["drive", "pir"]);
+    const types = () => offered(["drive", "wait"]);
     useSettings.setState({ level: "start" });
     const first = types();
     useSettings.setState({ level: "words" });
-    expect(first).toEqual(["motorcade_drive", "motorcade_pir"]);
-    expect(types()).toEqual(["motorcade_drive", "motorcade_pir", "motorcade_infrared"]);
+    expect(first).toEqual(["motorcade_drive", "motorcade_wait"]);
+    expect(types()).toEqual(["motorcade_drive", "motorcade_wait", "motorcade_infrared"]);
   });
 
   it("of a leader that decides are few on the first level, and in a mission those whose kinds it allows", () => {
@@ -178,10 +191,12 @@ describe("what ends a step", () => {
 
   it("can be chosen only where conditions are", () => {
     const block = new Blockly.Workspace().newBlock("motorcade_wait");
-    fitEnds(block, () => true);
-    expect(shown(block)).toContain("ENDS_ROW");
-    fitEnds(block, () => false);
-    expect(shown(block)).not.toContain("ENDS_ROW");
+    const ways = [true, false].map((asks) => {
+      offerEnds(() => ({ asks, minded: [], shows: true }));
+      fitEnds(block);
+      return shown(block).includes("ENDS_ROW");
+    });
+    expect(ways).toEqual([true, false]);
   });
 
   it("takes its condition along, and brings it back when that is undone", () => {
@@ -209,10 +224,10 @@ describe("what ends a step", () => {
     drive.setFieldValue("both", "ENDS");
     drive.getInput("UNTIL")!.connection!.connect(condition(workspace));
     together.getInput("STEPS")!.connection!.connect(drive.previousConnection!);
-    fitEnds(together, () => true);
+    fitEnds(together);
     expect([drive.getFieldValue("ENDS"), shown(drive)]).toEqual(["time", ["TIME"]]);
     together.setFieldValue("until", "ENDS");
-    fitEnds(together, () => true);
+    fitEnds(together);
     expect(shown(drive)).toEqual([]);
   });
 });

@@ -2,6 +2,7 @@
 
 import * as Blockly from "blockly/core";
 import type { Profile, EditorName } from "../api/types";
+import type { Mat } from "../generated/world";
 import { STEP_KINDS, CATEGORIES, HAT_IN_START } from "../generated/steps";
 import { say, type Texts, textsOf } from "../i18n";
 import { useSettings } from "../state/settings";
@@ -9,8 +10,9 @@ import { DECIDING_BLOCKS, holdParts, type Message, NEVER_OFFERED } from "./decid
 import { CONDITION_CHECK, EndsField, endsInputs, followEnds, TIME } from "./endings";
 import { levelText, plainSeconds, secondsMeaning } from "./figures";
 import { NameField } from "./names";
-import { type BlockIcon, IconField, iconOf, SecondsField, SpeedField, speedsOf } from "./fields";
+import { type BlockIcon, IconField, iconOf, SecondsField, SpeedField, speedsOf, TurnField } from "./fields";
 import { pictureAbove } from "./drawers";
+import { isMinded, MINDED_CHECK, MINDED_KINDS, mindingBlock } from "./minding";
 
 type Option = [string, string];
 type Field = Record<string, unknown>;
@@ -82,7 +84,10 @@ const STEPS = [{ name: "STEPS" }];
 
 /** The block of a kind of step. */
 function definitionOf({ kind, category, accompanies, holds, fields }: StepKind): Definition {
-  const inputs = (profile: Profile) => fields.map((field) => inputOf(field, profile));
+  const inputs = (profile: Profile) => {
+    const turn = kind === "drive" ? [{ type: TurnField.KIND, name: TurnField.NAME, rates: profile.turn_rates_deg_s }] : [];
+    return [...fields.map((field) => inputOf(field, profile)), ...turn];
+  };
   const takesTime = kind !== "repeat";
   return { message: kind, style: category, icon: kind, fields: inputs, takesTime, accompanies, ...(holds ? { holds: STEPS } : {}) };
 }
@@ -167,14 +172,14 @@ function jsonOf(type: string, profile: Profile): Record<string, unknown> {
     ...(Object.fromEntries(numbered) as Record<string, unknown>),
     style: `${style}_blocks`,
     tooltip: say(`tooltips.${message}`),
-    ...(isCondition ? { output: CONDITION_CHECK } : { ...above, ...below }),
+    ...(isCondition ? { output: isMinded(type) ? [CONDITION_CHECK, MINDED_CHECK] : CONDITION_CHECK } : { ...above, ...below }),
     inputsInline: true,
   };
 }
 
 /** Define the blocks for this profile and in the current language. */
 export function defineBlocks(profile: Profile): void {
-  for (const field of [SecondsField, SpeedField, IconField, EndsField, NameField]) {
+  for (const field of [SecondsField, SpeedField, TurnField, IconField, EndsField, NameField]) {
     Blockly.registry.register(Blockly.registry.Type.FIELD, field.KIND, field, true);
   }
   for (const [type, { takesTime, accompanies, hat }] of Object.entries(DEFINITIONS)) {
@@ -186,6 +191,7 @@ export function defineBlocks(profile: Profile): void {
         if (type === "motorcade_drive") {
           SpeedField.followDirection(this);
           SpeedField.showFigures(this, profile);
+          TurnField.follow(this);
         }
         if (takesTime) followEnds(this, accompanies === true);
         if (this.getInput("OF1")) holdParts(this);
@@ -196,6 +202,7 @@ export function defineBlocks(profile: Profile): void {
 
 const drawer = (category: (typeof CATEGORIES)[number]) =>
   STEP_KINDS.filter((each) => each.category === category).map(({ kind }) => `motorcade_${kind}`);
+const ACCOMPANYING: ReadonlySet<string> = new Set(STEP_KINDS.filter(({ accompanies }) => accompanies).map(({ kind }) => kind));
 const START_BLOCKS: ReadonlySet<string> = new Set(STEP_KINDS.filter(({ in_start }) => in_start).map(({ kind }) => `motorcade_${kind}`));
 
 const deciding = (drawer: string) =>
@@ -221,30 +228,64 @@ export const standsAlone = (type: string): boolean => DEFINITIONS[type]?.hat ===
 
 export const hatOf = (editor: EditorName) => `motorcade_${editor}`;
 
-/** Whether blocks of this type can stand in the editor at all. */
+/** Whether blocks of this type can stand in the editor at all; a follower's drive minds what a leader's does. */
 export function canStandIn(editor: EditorName, type: string): boolean {
-  return DRAWERS_OF[editor].some((drawer) => DRAWERS[drawer].includes(type)) || (type === NEVER_OFFERED && editor === "leader");
+  if (isMinded(type) || (type === NEVER_OFFERED && editor === "leader")) return true;
+  return DRAWERS_OF[editor].some((drawer) => DRAWERS[drawer].includes(type));
 }
 
 /** Whether blocks may ask conditions, with these kinds of steps of a mission. */
 export const offersConditions = (steps: readonly string[] | null) => (steps ? steps.includes("if") : !isStart());
 
-/** The drawers of an editor; with `steps`, those of a mission, only the blocks of these kinds are in them. */
-export function toolboxOf(editor: EditorName, steps: readonly string[] | null = null) {
+/** The kinds of steps for what can be put on the stage. */
+const ON_STAGE = {
+  follow_line: ["line"],
+  pir: ["person"],
+  voice: ["voice"],
+  avoid: ["wall", "disc", "polygon"],
+  floor: ["patch", "spot"],
+} as const satisfies Record<string, readonly (keyof Mat)[]>;
+
+export function stepsFor(mat: Mat | null): string[] {
+  const isThere = (things: readonly (keyof Mat)[]) => things.some((thing) => [mat?.[thing] ?? []].flat().length > 0);
+  return Object.entries(ON_STAGE).flatMap(([kind, things]) => (isThere(things) ? [kind] : []));
+}
+
+/** What drives can mind, with these kinds of steps of a mission. */
+export const mindedBy = (steps: readonly string[] | null) => MINDED_KINDS.filter((kind) => !steps || steps.includes(kind));
+
+/** A block of the toolbox, with a picture above it of what a kind does. */
+const offered = (kind: string, state: { type: string } = { type: kind }) => [...pictureAbove(kind), { kind: "block", ...state }];
+
+/**
+ * The drawers of an editor; with `steps`, those of a mission, only the blocks of these kinds are in them. The first level has
+ * few, and those for what is `staged`.
+ */
+export function toolboxOf(editor: EditorName, steps: readonly string[] | null = null, staged: readonly string[] = []) {
+  const allowed = (kind: string) => steps?.includes(kind) ?? (!isStart() || staged.includes(kind) || START_BLOCKS.has(`motorcade_${kind}`));
   const isShown = (type: string) => {
     if (type === "motorcade_infrared") return !isStart();
     const block = DECIDING_BLOCKS[type];
     if (block) return steps ? block.needs.every((kind) => steps.includes(kind)) : !isStart() || block.inStart === true;
-    return steps ? steps.includes(type.replace("motorcade_", "")) : !isStart() || START_BLOCKS.has(type);
+    const kind = type.replace("motorcade_", "");
+    // What a drive minds stands in its block; beside one it needs a together.
+    if (ACCOMPANYING.has(kind) && (steps ? !steps.includes("together") : isStart())) return false;
+    return allowed(kind);
   };
+  const driving = STEP_KINDS.filter(({ kind, drives }) => drives && allowed(kind)).map(({ kind }) => `motorcade_${kind}`);
+  const minding = MINDED_KINDS.filter((kind) => driving.length > 0 && allowed(kind));
+  const contentsOf = (drawer: keyof typeof DRAWERS) => [
+    ...(drawer === "sense" ? minding.flatMap((kind) => offered(kind === "floor" ? "stop_on_dark" : kind, mindingBlock(driving[0]!, kind))) : []),
+    ...DRAWERS[drawer].filter(isShown).flatMap((type) => offered(type)),
+  ];
   return {
     kind: "categoryToolbox",
-    contents: DRAWERS_OF[editor].filter((drawer) => DRAWERS[drawer].some(isShown)).map((drawer) => ({
+    contents: DRAWERS_OF[editor].filter((drawer) => contentsOf(drawer).length > 0).map((drawer) => ({
       kind: "category",
       name: say(`drawers.${drawer}`),
       categorystyle: `${drawer}_category`,
       cssconfig: { icon: `drawer-icon drawer-${drawer}` },
-      contents: DRAWERS[drawer].filter(isShown).flatMap((type) => [...pictureAbove(type), { kind: "block", type }]),
+      contents: contentsOf(drawer),
     })),
   };
 }

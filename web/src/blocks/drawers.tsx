@@ -3,6 +3,7 @@
 import * as Blockly from "blockly/core";
 import { createRoot, type Root } from "react-dom/client";
 import file from "../generated/blockClips.json";
+import { fitEnds } from "./endings";
 import { type Clip, ClipPicture, clipsOf } from "../mat/ClipPicture";
 
 const KIND = "picture";
@@ -174,4 +175,18 @@ class Drawer extends Blockly.VerticalFlyout {
 /** What a workspace is created with, so that it has such drawers. */
 export const DRAWER_PLUGINS = { flyoutsVerticalToolbox: Drawer };
 
+/** A drawer hears of no blocks that come: they are fitted when they are made. */
+class FittedInflater extends Blockly.BlockFlyoutInflater {
+  override load(state: object, flyout: Blockly.IFlyout): Blockly.FlyoutItem {
+    const item = super.load(state, flyout);
+    const block = item.getElement();
+    if (block instanceof Blockly.BlockSvg) {
+      fitEnds(block);
+      block.render();
+    }
+    return item;
+  }
+}
+
 Blockly.registry.register(Blockly.registry.Type.FLYOUT_INFLATER, KIND, PictureInflater, true);
+Blockly.registry.register(Blockly.registry.Type.FLYOUT_INFLATER, "block", FittedInflater, true);

@@ -94,6 +94,7 @@ export class SpeedField extends Blockly.FieldDropdown {
   static followDirection(block: Blockly.Block): void {
     block.getField("DIRECTION")?.setValidator((direction: string) => {
       block.getField("SPEED")?.forceRerender();
+      block.getField(TurnField.NAME)?.forceRerender();
       return direction;
     });
   }
@@ -110,6 +111,43 @@ export class SpeedField extends Blockly.FieldDropdown {
 
   override getAriaValue(): string {
     return this.getText();
+  }
+}
+
+/** How far a turn goes, in words for parts of a whole one. */
+const TURNS = { 90: "quarter", 180: "half", 270: "threeQuarters", 360: "whole" } as const;
+
+/** What a turn of the block comes to; nothing for a block that drives on, or turns until something happens. */
+export class TurnField extends Blockly.FieldLabel {
+  static readonly KIND = "field_motorcade_turn";
+  static readonly NAME = "TURN";
+  private readonly rates: readonly number[];
+
+  constructor({ rates = [], ...config }: Blockly.FieldLabelConfig & { rates?: readonly number[] }) {
+    super("", undefined, config);
+    this.rates = rates;
+  }
+
+  static override fromJson(options: Blockly.FieldLabelFromJsonConfig & { rates?: readonly number[] }): TurnField {
+    return new this(options);
+  }
+
+  /** Let the field tell of a new speed or time at once. */
+  static follow(block: Blockly.Block): void {
+    for (const name of ["SPEED", "SECONDS"]) {
+      block.getField(name)!.setValidator((value: unknown) => {
+        block.getField(TurnField.NAME)!.forceRerender();
+        return value;
+      });
+    }
+  }
+
+  protected override getText_(): string {
+    const block = this.getSourceBlock();
+    const isTurn = ["left", "right"].includes(String(block?.getFieldValue("DIRECTION")));
+    if (!block || !isTurn || block.getFieldValue("ENDS") === "until") return "";
+    const angle = this.rates[Number(block.getFieldValue("SPEED"))]! * Number(block.getFieldValue("SECONDS"));
+    return angle in TURNS ? say(`blocks.turns.${TURNS[angle as keyof typeof TURNS]}`) : say("blocks.turns.angle", { angle });
   }
 }
 

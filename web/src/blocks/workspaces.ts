@@ -4,12 +4,13 @@ import * as Blockly from "blockly/core";
 import { EDITORS, type EditorName, type WorkspaceState } from "../api/types";
 import { say } from "../i18n";
 import { notify } from "../state/dialogs";
-import { useSettings, type ThemeName } from "../state/settings";
+import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { hatOf, offersConditions, toolboxOf } from "./definitions";
+import { hatOf, mindedBy, offersConditions, stepsFor, toolboxOf } from "./definitions";
 import { DRAWER_PLUGINS } from "./drawers";
-import { fitEnds, fitEveryBlock, isSelected } from "./endings";
+import { fitAll, fitEveryBlock, isSelected, offerEnds } from "./endings";
 import { followNames } from "./names";
+import { themeOf } from "./themes";
 
 const live = new Map<EditorName, Blockly.WorkspaceSvg>();
 
@@ -31,19 +32,38 @@ let offer: { steps: readonly string[] | null; locked: boolean } = { steps: null,
 /** Offer the blocks of a mission in all editors, also in those that are created later. */
 export function offerBlocks(steps: readonly string[] | null, locked: boolean): void {
   offer = { steps, locked };
-  for (const [editor, workspace] of live) {
-    workspace.updateToolbox(toolboxOf(editor, steps));
+  offerAgain();
+  for (const workspace of live.values()) {
     lock(workspace);
-    fitAll(editor, workspace);
+    fitAll(workspace);
   }
 }
 
-/** Whether steps in this editor may end by a condition. */
-const mayAsk = (editor: EditorName) => editor === "leader" && offersConditions(offer.steps);
-
-function fitAll(editor: EditorName, workspace: Blockly.WorkspaceSvg): void {
-  for (const top of workspace.getTopBlocks(false)) fitEnds(top, (block) => mayAsk(editor) && isSelected(block));
+/** Fill all toolboxes anew. */
+function offerAgain(): void {
+  for (const [editor, workspace] of live) workspace.updateToolbox(toolboxOf(editor, offer.steps, staged));
 }
+
+/** The kinds of steps for what stands on the stage, which the first level offers with its own. */
+let staged: readonly string[] = stepsFor(useStudio.getState().mat);
+
+/** Offer blocks for what somebody puts on the stage. To be called once. */
+export function followStage(): void {
+  useStudio.subscribe(({ mat }, before) => {
+    if (mat === before.mat) return;
+    const now = stepsFor(mat);
+    if (now.join() === staged.join()) return;
+    staged = now;
+    offerAgain();
+  });
+}
+
+// Only a leader's steps end by a condition; a follower minds what a leader does.
+offerEnds((block) => ({
+  asks: editorOf(block.workspace) === "leader" && offersConditions(offer.steps),
+  minded: mindedBy(offer.steps),
+  shows: isSelected(block),
+}));
 
 /** The editors whose blocks somebody else makes, which this page only shows. */
 let foreign: ReadonlySet<EditorName> = new Set();
@@ -70,7 +90,7 @@ export function emptyState(editor: EditorName): WorkspaceState {
 
 export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.WorkspaceSvg {
   const workspace = Blockly.inject(host, {
-    toolbox: toolboxOf(editor, offer.steps),
+    toolbox: toolboxOf(editor, offer.steps, staged),
     theme: themeOf(useSettings.getState().theme),
     renderer: "zelos",
     plugins: DRAWER_PLUGINS,
@@ -88,7 +108,7 @@ export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.
   host.addEventListener("focusin", () => beginUnderHat(editor, workspace));
   live.set(editor, workspace);
   lock(workspace);
-  fitEveryBlock(workspace, (block) => mayAsk(editor) && isSelected(block));
+  fitEveryBlock(workspace);
   followNames(workspace);
   return workspace;
 }
@@ -196,7 +216,7 @@ export function fill(editor: EditorName, state: WorkspaceState): void {
   if (workspace.getBlocksByType(hatOf(editor)).length === 0) {
     Blockly.serialization.blocks.append({ type: hatOf(editor), id: hatOf(editor), x: 24, y: 24 }, workspace);
   }
-  fitAll(editor, workspace);
+  fitAll(workspace);
   measureAgain(workspace);
   workspace.clearUndo();
   restoreHistory(editor, workspace);
@@ -263,79 +283,4 @@ export function findText(editor: EditorName, id: string): string {
   const inputs = workspaceOf(editor)?.getBlockById(id)?.inputList ?? [];
   const fields = inputs.flatMap((input) => (input.isVisible() ? input.fieldRow : []));
   return fields.map((field) => field.getText()).join(" ").replace(/\s+/g, " ").trim();
-}
-
-type Style = "hat" | "drive" | "light" | "sense" | "order" | "infrared" | "decide" | "count" | "tell" | "mine";
-type Colours = Record<Style, [primary: string, secondary: string, tertiary: string]>;
-
-const CALM: Colours = {
-  hat: ["#38465c", "#4d5d76", "#28344a"],
-  drive: ["#2a62c9", "#4a7bd6", "#1d4a9e"],
-  light: ["#9a5b00", "#b97a22", "#774600"],
-  sense: ["#0b7667", "#2b9081", "#075a4e"],
-  order: ["#7446ba", "#8c64c9", "#593394"],
-  infrared: ["#b02a5b", "#c74f7a", "#8b1f47"],
-  decide: ["#2d7a3e", "#4d9460", "#1f5a2c"],
-  count: ["#a8470a", "#c2672e", "#7f3507"],
-  tell: ["#b02a5b", "#c74f7a", "#8b1f47"],
-  mine: ["#8a3a94", "#a45bad", "#682a70"],
-};
-
-const STARK: Colours = {
-  hat: ["#000000", "#333333", "#ffffff"],
-  drive: ["#0033a8", "#1a4fc4", "#ffffff"],
-  light: ["#663800", "#804a08", "#ffffff"],
-  sense: ["#00473d", "#086052", "#ffffff"],
-  order: ["#47128f", "#5d2aa6", "#ffffff"],
-  infrared: ["#7a0033", "#941a4c", "#ffffff"],
-  decide: ["#0d4a1c", "#1f632f", "#ffffff"],
-  count: ["#6b2a00", "#854008", "#ffffff"],
-  tell: ["#7a0033", "#941a4c", "#ffffff"],
-  mine: ["#541a5c", "#6d2e76", "#ffffff"],
-};
-
-const GROUNDS: Record<ThemeName, Blockly.Theme.ComponentStyle> = {
-  light: ground("#fbfcfe", "#eef2f8", "#1b2536", "#e2e8f1", "#5b6b84", "#2457c5"),
-  dark: ground("#171d28", "#1f2735", "#e8edf5", "#283244", "#8a9ab3", "#8fb4ff"),
-  contrast: ground("#000000", "#000000", "#ffffff", "#1a1a1a", "#ffffff", "#ffe600"),
-};
-
-function ground(
-  workspace: string,
-  toolbox: string,
-  text: string,
-  flyout: string,
-  scrollbar: string,
-  cursor: string,
-): Blockly.Theme.ComponentStyle {
-  return {
-    workspaceBackgroundColour: workspace,
-    toolboxBackgroundColour: toolbox,
-    toolboxForegroundColour: text,
-    flyoutBackgroundColour: flyout,
-    flyoutForegroundColour: text,
-    flyoutOpacity: 0.97,
-    scrollbarColour: scrollbar,
-    scrollbarOpacity: 0.5,
-    insertionMarkerColour: cursor,
-    insertionMarkerOpacity: 0.5,
-    cursorColour: cursor,
-    selectedGlowColour: cursor,
-    selectedGlowOpacity: 1,
-  };
-}
-
-export function themeOf(name: ThemeName): Blockly.Theme {
-  const colours = Object.entries(name === "contrast" ? STARK : CALM);
-  const blockStyles = colours.map(([style, [colourPrimary, colourSecondary, colourTertiary]]) => [
-    `${style}_blocks`,
-    { colourPrimary, colourSecondary, colourTertiary, hat: style === "hat" ? "cap" : "" },
-  ]);
-  return Blockly.Theme.defineTheme(`motorcade-${name}`, {
-    name: `motorcade-${name}`,
-    blockStyles: Object.fromEntries(blockStyles) as Record<string, Blockly.Theme.BlockStyle>,
-    categoryStyles: Object.fromEntries(colours.map(([style, [colour]]) => [`${style}_category`, { colour }])),
-    componentStyles: GROUNDS[name],
-    fontStyle: { family: '"Noto Sans SC", "Noto Sans CJK SC", system-ui, sans-serif', weight: "500", size: 12 },
-  });
 }

@@ -7,7 +7,8 @@ import { HttpService } from "../api/http";
 import { connectTo } from "../api/service";
 import { EDITORS, type EditorName, type WorkspaceState } from "../api/types";
 import { defineBlocks, setBlocklyLanguage } from "../blocks/definitions";
-import { themeOf } from "../blocks/workspaces";
+import { fitAll } from "../blocks/endings";
+import { themeOf } from "../blocks/themes";
 import type { StoredProject } from "../generated/messages";
 import { say, startTexts, useLanguage } from "../i18n";
 import { useSettings } from "../state/settings";
@@ -80,6 +81,7 @@ function Program({ editor, state }: { editor: EditorName; state: WorkspaceState 
   useEffect(() => workspace.current?.setTheme(themeOf(theme)), [theme]);
   useEffect(() => {
     Blockly.serialization.workspaces.load(state, workspace.current!);
+    fitAll(workspace.current!);
     fit(workspace.current!);
   }, [state]);
   return (

@@ -7,6 +7,7 @@ export const STEP_KINDS = [
     "icon": "M4 15v-3l3-5h8l4 5h1v3zM7 15a2 2 0 1 0 0 4 2 2 0 0 0 0-4ZM17 15a2 2 0 1 0 0 4 2 2 0 0 0 0-4Z",
     "in_start": true,
     "accompanies": false,
+    "drives": true,
     "holds": false,
     "fields": [
       {
@@ -28,6 +29,7 @@ export const STEP_KINDS = [
     "icon": "M7 3h10M7 21h10M8 3c0 5 8 5 8 9s-8 4-8 9M16 3c0 5-8 5-8 9s8 4 8 9",
     "in_start": true,
     "accompanies": false,
+    "drives": false,
     "holds": false,
     "fields": [{"input": "seconds", "name": "SECONDS", "word": "motor_duration"}],
     "group": "motor",
@@ -39,6 +41,7 @@ export const STEP_KINDS = [
     "icon": "M9 18h6M10 21h4M12 3a6 6 0 0 0-3.500 10.900V16h7v-2.100A6 6 0 0 0 12 3Z",
     "in_start": true,
     "accompanies": false,
+    "drives": false,
     "holds": false,
     "fields": [
       {"input": "level", "name": "WHICH", "word": "led_which", "menu": "light", "levels": [0, 1, 2, 3], "first": 0},
@@ -53,6 +56,7 @@ export const STEP_KINDS = [
     "icon": "M12 3l8 3v6c0 5-4 8-8 9-4-1-8-4-8-9V6zM9 9l6 6M15 9l-6 6",
     "in_start": false,
     "accompanies": false,
+    "drives": false,
     "holds": false,
     "fields": [
       {
@@ -72,8 +76,9 @@ export const STEP_KINDS = [
     "kind": "voice",
     "category": "sense",
     "icon": "M12 3a3 3 0 0 0-3 3v6a3 3 0 0 0 6 0V6a3 3 0 0 0-3-3ZM6 11a6 6 0 0 0 12 0M12 17v4M9 21h6",
-    "in_start": true,
+    "in_start": false,
     "accompanies": true,
+    "drives": false,
     "holds": false,
     "fields": [{"input": "seconds", "name": "SECONDS"}],
     "group": "voice",
@@ -85,6 +90,7 @@ export const STEP_KINDS = [
     "icon": "M12 4a3 3 0 1 0 0 6 3 3 0 0 0 0-6ZM5.500 20a6.500 6.500 0 0 1 13 0",
     "in_start": false,
     "accompanies": true,
+    "drives": false,
     "holds": false,
     "fields": [{"input": "seconds", "name": "SECONDS"}],
     "group": "pir",
@@ -96,6 +102,7 @@ export const STEP_KINDS = [
     "icon": "M5 21c0-7 14-7 14-13V3M9 3h10M9 21H1",
     "in_start": false,
     "accompanies": false,
+    "drives": true,
     "holds": false,
     "fields": [
       {"input": "level", "name": "SPEED", "word": "motor_speed", "menu": "speed", "levels": [1, 2, 3], "first": 2},
@@ -110,6 +117,7 @@ export const STEP_KINDS = [
     "icon": "M6 21V9a5 5 0 0 1 10 0v2M12 8l4 4 4-4M3 21h18",
     "in_start": false,
     "accompanies": false,
+    "drives": true,
     "holds": false,
     "fields": [
       {"input": "choice", "name": "DIRECTION", "word": "motor_direction", "options": ["left", "right"], "least": 1},
@@ -125,6 +133,7 @@ export const STEP_KINDS = [
     "icon": "M4 8h10l6 4-6 4H4zM12 21a9 3 0 0 1 0-6",
     "in_start": false,
     "accompanies": false,
+    "drives": true,
     "holds": false,
     "fields": [
       {"input": "level", "name": "SPEED", "word": "motor_speed", "menu": "speed", "levels": [1, 2, 3], "first": 2},
@@ -139,6 +148,7 @@ export const STEP_KINDS = [
     "icon": "M4 20h16M8 4v9M16 4v9M6 13h4M14 13h4",
     "in_start": false,
     "accompanies": true,
+    "drives": false,
     "holds": false,
     "fields": [{"input": "seconds", "name": "SECONDS"}],
     "group": "floor",
@@ -150,6 +160,7 @@ export const STEP_KINDS = [
     "icon": "M4 11a7 7 0 0 1 12-4.500L19 9M19 4v5h-5M20 13a7 7 0 0 1-12 4.500L5 15M5 20v-5h5",
     "in_start": true,
     "accompanies": false,
+    "drives": false,
     "holds": true,
     "fields": [{"input": "number", "name": "TIMES", "minimum": 1, "first": 2}],
   },
@@ -159,6 +170,7 @@ export const STEP_KINDS = [
     "icon": "M4 6h16M4 12h16M4 18h16M8 3v18",
     "in_start": true,
     "accompanies": false,
+    "drives": false,
     "holds": true,
     "fields": [],
   },

@@ -27,7 +27,10 @@ it.each<[string, Record<string, number>]>([
   ["turn right to the line · medium · 3 s", { ...DRIVES, motor_direction: 2, motor_speed: 2, floor: 1 }],
   ["wander, stop on dark · fast · 3 s", { ...DRIVES, motor_direction: 3, floor: 1 }],
   ["wait · 3 s + mind the floor", { ...DRIVES, motor_speed: 0, floor: 1 }],
-  ["drive · forward · fast · 3 s + listen + watch for people", { ...DRIVES, voice: 1, pir: 1 }],
+  ["drive · forward · fast · 3 s · unless 'stop' or a person", { ...DRIVES, voice: 1, pir: 1 }],
+  ["drive · forward · fast · 3 s · turn away · close", { ...DRIVES, avoid_enable: 1, avoid_radius: 1, avoid_duration: 3 }],
+  ["drive · forward · fast · 3 s + avoid · close · 1 s", { ...DRIVES, avoid_enable: 1, avoid_radius: 1, avoid_duration: 1 }],
+  ["wait · 3 s + watch for people", { ...DRIVES, motor_speed: 0, pir: 1 }],
   ["stand still", {}],
   ["stand still", { led_which: 2 }],
 ])("a word's story is '%s'", (story, values) => {

@@ -60,9 +60,26 @@ function kindStory(word: CompiledWord, { kind, fields }: Told, profile: Profile)
   return [say(`story.${kind}`, { direction }), ...after].join(BETWEEN);
 }
 
+/** The stories of steps that start together: what a drive minds is told with it. */
+function mindingStories(word: CompiledWord, kinds: readonly Told[], profile: Profile): string[] {
+  const drive = kinds.find((kind) => kind.drives);
+  const minded = drive ? kinds.filter((kind) => isMindedBy(word, kind)) : [];
+  const holding = minded.filter(({ kind }) => kind !== "avoid").map(({ kind }) => say(`story.minds.${kind as "pir"}`));
+  const turning = minded.filter(({ kind }) => kind === "avoid").map(({ fields }) => [say("story.turnsAway"), fieldText(word, fields[0], profile)].join(BETWEEN));
+  const unless = holding.length ? [say("story.unlessMinded", { minded: holding.join(` ${say("blocks.or")} `) })] : [];
+  const left = kinds.filter((kind) => !minded.includes(kind));
+  return left.map((kind) => [kindStory(word, kind, profile), ...(kind === drive ? [...unless, ...turning] : [])].join(BETWEEN));
+}
+
+/** Whether a step beside a drive is what the drive minds. Who avoids obstacles for another time does so by a block of its own. */
+function isMindedBy(word: CompiledWord, { kind }: Told): boolean {
+  if (kind === "avoid") return valueOf(word, "avoid_duration") === valueOf(word, "motor_duration");
+  return kind === "pir" || kind === "voice";
+}
+
 export function storyOf(word: CompiledWord, profile: Profile): string {
   if (word.part === "header") return say("story.header", { leader: valueOf(word, "leader_states"), followers: valueOf(word, "follower_words") });
   if (isFlow(word)) return flowStory(word, profile);
-  const told = kindsOf(word, profile).map((kind) => kindStory(word, kind, profile));
+  const told = mindingStories(word, kindsOf(word, profile), profile);
   return endedStory(word, told.length ? told.join(AND) : say("story.nothing"), profile);
 }

@@ -1,0 +1,151 @@
+"""What a car minds while it drives: the conditions of a drive's ``unless``, and the steps that they are in its word.
+
+A person or 'stop' holds the wheels, an obstacle turns the car away, and dark floor holds a random drive. All are bits
+of the drive's own word: followers mind them, too, and the word's clock runs on.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+from motorcade.program.conditions import Condition, Sensing, alternatives, any_of
+from motorcade.program.diagnostics import Diagnostic, error
+from motorcade.program.flow_steps import TellStep
+from motorcade.program.model import Program
+from motorcade.program.steps import (
+    AvoidStep,
+    DriveStep,
+    DrivingStep,
+    FloorStep,
+    PirStep,
+    Step,
+    TogetherStep,
+    VoiceStep,
+)
+
+# By what a condition senses: the kind of step with its bits. The other levels of voice and floor have no bits.
+_KINDS: dict[str, type[Step]] = {"person": PirStep, "voice": VoiceStep, "floor": FloorStep}
+_RANDOM = "random"
+
+
+def reactions_of(step: Step) -> list[Step]:
+    """Return the steps that start together with a drive for what it can mind; none for other steps."""
+    if not isinstance(step, DrivingStep) or step.unless is None:
+        return []
+    minded = alternatives(step.unless)
+    return [_reaction(condition, step) for condition in minded if not _fault(condition, step)]
+
+
+def parts_at_once(step: Step) -> list[Step]:
+    """Return the steps that start together in a step's word, each thing that a drive minds as one of them."""
+    parts: Sequence[Any] = (step,)
+    if isinstance(step, TogetherStep):
+        parts = step.steps
+    made: list[Step] = []
+    for part in parts:
+        minded = reactions_of(part)
+        made.append(replace(part, unless=None) if minded else part)
+        made += minded
+    return made
+
+
+def _reaction(condition: Any, drive: Any) -> Step:
+    if condition.sense == "obstacle":
+        return AvoidStep(condition.level, drive.seconds)
+    return _KINDS[condition.sense]()
+
+
+def wrong_reactions(step: Step, path: str, step_id: str | None) -> Iterator[Diagnostic]:
+    """Yield what is wrong with what a step minds; ``path`` is the step's, ``step_id`` that of the block at fault."""
+    if not isinstance(step, DrivingStep) or step.unless is None:
+        return
+    minded = set()
+    for condition in alternatives(step.unless):
+        code = _fault(condition, step)
+        sense = getattr(condition, "sense", "")
+        if not code and sense in minded:
+            code = "unless-twice"
+        if code:
+            yield error(code, f"{path}.{step.kind}.unless", step_id)
+        minded.add(sense)
+
+
+def _fault(condition: Condition, drive: DrivingStep) -> str:
+    """Return the code of the error where a drive can't mind a condition, else nothing."""
+    if not isinstance(condition, Sensing):
+        return "unless-not-minded"
+    if condition.sense == "obstacle":
+        return ""
+    if condition.level:
+        return "unless-not-minded"
+    if condition.sense == "floor" and getattr(drive, "direction", "") != _RANDOM:
+        return "unless-dark"
+    return ""
+
+
+def with_unless(steps: Sequence[Step]) -> list[Step]:
+    """Return steps that start together; what a drive among them can mind becomes its ``unless``."""
+    drives = [step for step in steps if isinstance(step, DrivingStep)]
+    if len(drives) != 1 or drives[0].unless is not None:
+        return list(steps)
+    minded = []
+    left: list[Step] = []
+    for step in steps:
+        condition = _condition_of(step, drives[0])
+        if condition is not None:
+            minded.append(condition)
+        else:
+            left.append(step)
+    if not minded:
+        return left
+    return [replace(step, unless=any_of(minded)) if step is drives[0] else step for step in left]
+
+
+def _condition_of(step: Step, drive: Any) -> Condition | None:
+    """Return the condition that a drive minds by a step beside it."""
+    match step:
+        case AvoidStep(radius, seconds) if seconds == drive.seconds:
+            return Sensing("obstacle", radius)
+        case VoiceStep():
+            return Sensing("voice")
+        case PirStep():
+            return Sensing("person")
+        case FloorStep() if isinstance(drive, DriveStep) and drive.direction == _RANDOM:
+            return Sensing("floor")
+    return None
+
+
+def minding(program: Program) -> Program:
+    """Return a program of the same words in which drives mind what stood beside them in a together."""
+    followers = program.followers
+    if followers:
+        followers = replace(followers, steps=_minding(followers.steps))
+    functions = {name: _minding(steps) for name, steps in program.functions.items()}
+    return Program(_minding(program.leader), followers, program.profile, program.beside, functions)
+
+
+def _minding(steps: Sequence[Step]) -> list[Step]:
+    made = []
+    for step in steps:
+        if isinstance(step, TogetherStep):
+            made.append(_joined(step, with_unless(step.steps)))
+            continue
+        changes: dict[str, Any] = {name: tuple(_minding(inside)) for name, inside in step.lists.items()}
+        if isinstance(step, TellStep) and step.step:
+            (changes["step"],) = _minding([step.step])
+        made.append(replace(step, **changes))
+    return made
+
+
+def _joined(together: TogetherStep, parts: Sequence[Step]) -> Step:
+    """Return a together with other parts; a drive that is its only part, and minds something, stands alone."""
+    alone = parts[0] if len(parts) == 1 else None
+    if not isinstance(alone, DrivingStep) or len(together.steps) == 1:
+        return replace(together, steps=tuple(parts))
+    return replace(
+        alone,
+        id=together.id or alone.id,
+        accept_ir=together.accept_ir,
+        forward=together.forward,
+        until=together.until,
+    )
