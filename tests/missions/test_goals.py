@@ -145,7 +145,7 @@ def test_a_goal_is_met_or_lost_at_a_moment_by_a_car(goal, moments, expected):
         (
             [ZONE, BY],
             [OUT, IN, IN, IN, IN, at(1.9)],
-            "it was so within 0.3 s, but not to the end: at 0.5 s the car drove out of home",
+            "it was done within 0.3 s, but not to the end: at 0.5 s the car drove out of home",
         ),
     ],
 )

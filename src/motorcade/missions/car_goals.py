@@ -175,7 +175,7 @@ class InZone(_ZoneGoal):
         if self.asked.when == judging.END and place in self._left_ms:
             t_ms = self._left_ms[place]
             out = Phrase("goal-drove-out", zone=why.details["zone"], **_told_of(why))
-            return t_ms, self.happened(t_ms, car, out)
+            return t_ms, self.happened(t_ms, car, out, stands=True)
         if self.now_ms and not self._is_always and place not in self._driven:
             return self.now_ms, Phrase("goal-stood", **_told_of(why))
         return super().seen(place, why)
@@ -257,7 +257,7 @@ class Travelled(AskedGoal):
         name = named(car, len(driven))
         why = Phrase(key, car=name, cm=centimetres(driven[place]), bound=centimetres(bound))
         if self.lost_ms is not None:
-            why = self.happened(t_ms, car, why)
+            why = self.happened(t_ms, car, why, stands=True)
         return GoalState("lost", t_ms, why, (car,))
 
     def nearness(self) -> float:

@@ -354,13 +354,16 @@ class GoalKind(ABC):
             return GoalState("met", self.now_ms, why)
         return GoalState("holds", None, why)
 
-    def happened(self, t_ms: int, car: int, what: Phrase) -> Phrase:
-        """Say when something went wrong with a car: soon after its program began again, or at ``t_ms``."""
+    def happened(self, t_ms: int, car: int, what: Phrase, *, stands: bool = False) -> Phrase:
+        """Say when something went wrong with a car: after its program began again, or at ``t_ms``.
+
+        Many programs shall begin again; so that counts in the second round alone, unless the car had to stand.
+        """
         attempt = self.run.attempt
         round_ms = attempt.round_ms
         leads = car in self.mission.mat.starts.leaders
-        if leads and not attempt.image.decides and round_ms <= t_ms < 2 * round_ms:
-            return Phrase("goal-again", seconds=round_ms / 1000, what=what)
+        if leads and not attempt.image.decides and 0 < round_ms <= t_ms and (stands or t_ms < 2 * round_ms):
+            return Phrase("goal-again", seconds=t_ms // round_ms * round_ms / 1000, what=what)
         return Phrase("goal-at", seconds=t_ms / 1000, what=what)
 
     def note(self, is_met: bool) -> None:

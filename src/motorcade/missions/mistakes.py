@@ -18,8 +18,8 @@ from motorcade.missions.check import Result
 from motorcade.missions.model import Mission
 from motorcade.program.model import Program, placed_steps
 
-# Programs that differ by more kinds of steps are no longer the same mistake.
-_MOST_KINDS = 1
+# Programs that differ by more kinds of steps, or by a larger part of the settings, are no longer the same mistake.
+_MOST_KINDS, _MOST_SETTINGS = 1, 0.5
 
 
 class Failure(NamedTuple):
@@ -49,6 +49,12 @@ class Failure(NamedTuple):
         one, two = Counter(self.settings), Counter(other.settings)
         return ((one - two) + (two - one)).total()
 
+    def is_like(self, known: "Failure") -> bool:
+        """Whether a program fails as one that is known, and is much the same."""
+        kinds = set(self.kinds).symmetric_difference(known.kinds)
+        is_alike = len(kinds) <= _MOST_KINDS and self.differs_by(known) <= _MOST_SETTINGS * len(known.settings)
+        return is_alike and self.lost == known.lost
+
 
 def _settings(node: Any, place: str) -> Iterator[str]:
     """Each value of a part of a program's document, after the keys that lead to it."""
@@ -75,11 +81,10 @@ def usual_mistake(mission: Mission, result: Result, program: Program) -> int | N
     if 1 in result.stars:
         return None
     failure = Failure.of(result, program)
-    kinds = set(failure.kinds)
     alike = [
         (failure.differs_by(known), number)
         for number, known in enumerate(_usual_failures().get(mission.id, []))
-        if known.lost == failure.lost and len(kinds.symmetric_difference(known.kinds)) <= _MOST_KINDS
+        if failure.is_like(known)
     ]
     if not alike:
         return None

@@ -99,7 +99,6 @@ class Mission(_ToldMission, kw_only=True):
         edits: "blocks", or "bits" of the words.
         seed: the seed that the page plays with first.
         next: the id of the mission after this one on its path; "" where it is the last, or on no path.
-        luck: whether luck plays a part: the file asks for several seeds.
         leader, followers: the blocks that the user begins with.
         document: what the file holds.
     """
@@ -108,7 +107,6 @@ class Mission(_ToldMission, kw_only=True):
     seconds: float
     seed: int
     next: str
-    luck: bool
     profile: str
     leader: WorkspaceState
     followers: WorkspaceState | None
@@ -204,7 +202,6 @@ def open_mission(choice: MissionChoice, stars: Stars) -> Mission:
         seconds=document["seconds"],
         seed=mission.seeds[0],
         next=_next_of(mission),
-        luck=len(mission.seeds) > 1 or any(GOALS[goal.kind].tries_other_seeds for goal in mission.goals),
         profile=document["profile"],
         leader=leader,
         followers=followers,

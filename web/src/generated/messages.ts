@@ -201,7 +201,6 @@ export interface Mission {
   seconds: number;
   seed: number;
   next: string;
-  luck: boolean;
   profile: string;
   leader: WorkspaceState;
   followers: WorkspaceState | null;
