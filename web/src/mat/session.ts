@@ -19,8 +19,6 @@ const SEED_KEY = "motorcade.world.seed";
 const SYNC_MS = 120;
 const SEEK_MS = 25;
 const SHOW_EVERY_MS = 120;
-/** The past is stored every so many ms. */
-const STORED_EVERY_MS = 100;
 /** A car that has driven for so long is seen to drive. */
 const DRIVEN_MS = 100;
 
@@ -54,7 +52,6 @@ export class Session {
   private awaited = false;
   private timer: ReturnType<typeof setTimeout> | undefined;
   private seeking: ReturnType<typeof setTimeout> | undefined;
-  private replaying: ReturnType<typeof setInterval> | undefined;
   private showing: ReturnType<typeof setTimeout> | undefined;
   private shownAt = 0;
 
@@ -98,7 +95,6 @@ export class Session {
     this.unsubscribe?.();
     clearTimeout(this.timer);
     clearTimeout(this.seeking);
-    clearInterval(this.replaying);
     clearTimeout(this.showing);
     this.connection?.close();
   }
@@ -126,11 +122,6 @@ export class Session {
 
   /** Send what this page's user wants. */
   send(command: Command): void {
-    clearInterval(this.replaying);
-    this.conduct(command);
-  }
-
-  private conduct(command: Command): void {
     const event = CONDUCTED[command.do];
     if (event) {
       this.awaited = true;
@@ -247,17 +238,6 @@ export class Session {
   seek(tMs: number | null): void {
     clearTimeout(this.seeking);
     this.seeking = setTimeout(() => this.send({ do: "seek", t_ms: tMs }), SEEK_MS);
-  }
-
-  /** Show the past from one time to another as it went, until the user wants something else. */
-  replay(fromMs: number, untilMs: number): void {
-    let tMs = Math.max(0, fromMs);
-    this.send({ do: "seek", t_ms: tMs });
-    this.replaying = setInterval(() => {
-      tMs += STORED_EVERY_MS;
-      if (tMs >= untilMs) clearInterval(this.replaying);
-      this.conduct({ do: "seek", t_ms: Math.min(tMs, untilMs) });
-    }, STORED_EVERY_MS);
   }
 
   /** Ask for what the chosen car tells; of a new car, once the world has it. */

@@ -4,7 +4,7 @@ import { create } from "zustand";
 import { request } from "../api/service";
 import { inLanguage, say } from "../i18n";
 import type { Mission, MissionChoice, MissionResult, Project } from "../generated/messages";
-import { session } from "../mat/session";
+import { replay } from "../mat/replay";
 import { choose, useMat } from "../mat/store";
 import { attempt } from "../projects/actions";
 import { comeBack, markUnsaved, openProject, putAside } from "../projects/project";
@@ -158,7 +158,7 @@ const AFTER_MS = 500;
 export function watchMoment(tMs: number, cars: readonly number[]): void {
   const [car] = cars;
   const endMs = useMat.getState().state?.t_ms ?? tMs;
-  session.replay(tMs - BEFORE_MS, Math.min(tMs + AFTER_MS, endMs));
+  replay(tMs - BEFORE_MS, Math.min(tMs + AFTER_MS, endMs));
   choose(car === undefined ? null : { car });
   useMat.setState({ told: cars });
 }
