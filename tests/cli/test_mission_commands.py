@@ -85,7 +85,7 @@ def test_check_counts_stars_and_says_when_and_why(mission, tmp_path):
         "met": False,
         "seed": 7,
         "t_ms": 0,
-        "why": "states of the leader: 2; at most 1",
+        "why": "the leader takes 2 steps; 1 can do it",
         "cars": [],
         "grade": 0.5,
     }

@@ -58,7 +58,7 @@ def facing(degrees):
     [
         (ZONE, [OUT, IN], ("met", 100)),
         (ZONE, [IN, OUT, IN], ("met", 200)),
-        (ZONE, [IN, OUT], ("lost", 1000, FIRST)),
+        (ZONE, [IN, OUT], ("lost", 100, FIRST)),
         (ZONE | SOME, [OUT, IN, OUT], ("met", 100)),
         # Nearest to the zone at 0.2 s.
         (ZONE | SOME, [OUT, at(1.5), at(1.9), at(1.5), OUT], ("lost", 200, FIRST)),
@@ -129,19 +129,23 @@ def test_a_goal_is_met_or_lost_at_a_moment_by_a_car(goal, moments, expected):
         (
             [{**ZONE, "who": "followers"}],
             [{"x": (0.5, 1.75, 3)}],
-            "car 1 is 0.25 m away from home; 1 of 2 cars are in it",
+            "car 1 stands 25 cm away from home; 1 of 2 cars are in it",
         ),
-        ([ZONE], [at(1.75)], "the car is 0.25 m away from home"),
+        ([ZONE], [at(1.75)], "the car stands 25 cm away from home"),
+        ([ZONE], [{}], "the car did not drive at all"),
+        ([{**ZONE, "at": "some-moment"}], [{}, at(1.75)], "the car came no nearer to home than 25 cm"),
         ([ZONE], [at(3)], "done"),
+        ([{**WAY, "most_m": 1}], [{}, at(2.5)], "at 0.1 s the car drove 150 cm, and 100 cm are the most"),
+        ([{**WAY, "least_m": 2}], [{}, at(2.5)], "the car drove only 150 cm of 200 cm"),
         (
             [{"kind": "no-touch"}],
             [{}, {}, {"x": (0.5, 1.0, 1.155), "touching_ms": 7}],
-            "car 1 and car 2 touched after 0.2 s",
+            "at 0.2 s car 1 and car 2 touched",
         ),
         (
             [ZONE, BY],
             [OUT, IN, IN, IN, IN, at(1.9)],
-            "goal 1 was met within 0.3 s, but not to the end. After 0.5 s: the car is 0.10 m away from home",
+            "it was done within 0.3 s, but not to the end: at 0.5 s the car drove out of home",
         ),
     ],
 )
@@ -151,7 +155,7 @@ def test_a_sentence_says_which_car_and_by_how_much(goals, moments, said):
 
 def test_who_touches_a_wall_is_named():
     wall = watched([{"kind": "no-touch"}], [{"x": (0.5, 1.0, 5.9), "touching_ms": 7}], walled=True)[0]
-    assert wall.why.sentence().startswith("car 2 touched a wall or an obstacle")
+    assert wall.why.sentence().startswith("at 0.0 s car 2 touched a wall or an obstacle")
     assert wall.cars == (SECOND,)
 
 

@@ -1,20 +1,19 @@
 """Every mission that comes with Motorcade takes programs that do what it asks, however written, and no others."""
 
-import tomllib
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
+from scripts.usual_mistakes import PROGRAMS, noted_programs, program_of
 
 from motorcade.locales import languages
 from motorcade.missions.check import check_program, open_worlds_here, watched
 from motorcade.missions.document import LITERATURE, missions, shortest_programs
 from motorcade.missions.goal import EVERY_MS
+from motorcade.missions.mistakes import usual_mistake
 from motorcade.missions.schema import PATHS
 from motorcade.missions.watch import MissionWatch
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import count_blocks, program_from_dict
-from motorcade.program.python_reader import STEP_NAMES, read_python
 from support.soak import SOAK
 
 MISSIONS = {each.id: each for each in missions()}
@@ -27,6 +26,7 @@ def test_the_solution_earns_all_stars_and_the_near_miss_none(name):
     assert [goal.why.sentence() for goal in solved.goals if not goal.met] == []
     assert solved.stars == {1, 2, 3}
     assert solved.grade == 1
+    assert usual_mistake(mission, solved, mission.solution) is None
     missed = check_program(mission, mission.near_miss)
     assert missed.stars == set()
     assert 0 <= missed.grade < 1
@@ -100,19 +100,6 @@ def test_a_run_is_seen_at_the_same_times_and_gives_the_same_result_again():
     assert states[0] == states[1]
 
 
-PROGRAMS = tomllib.loads(Path(__file__).with_name("programs.toml").read_text(encoding="utf-8"))
-_IMPORT = f"from motorcade import Followers, Program, {', '.join(STEP_NAMES)}"
-
-
-def program_of(line):
-    """The program of a line, or of a text as pupils write it."""
-    if "def leader" in line:
-        return read_python(f"from motorcade import *\n\n{line}").program
-    leader, followers, settings = ([part.strip() for part in line.split("|")] + ["", ""])[:3]
-    told = f", followers=Followers([{followers}], {settings})" if followers else ""
-    return read_python(f"{_IMPORT}\nprogram = Program(leader=[{leader}]{told})\n").program
-
-
 def judged(mission, lines):
     """Which of the programs earn the first star; by the first seed alone unless there is time for all."""
     mission = replace(mission, goals=tuple(goal for goal in mission.goals if goal.star == 1))
@@ -138,7 +125,18 @@ def test_what_does_the_task_earns_its_star_and_what_does_not_earns_none(name):
 
 @pytest.mark.parametrize("name", MISSIONS)
 def test_the_mistakes_in_the_notes_are_the_near_miss_and_wrong_programs(name):
-    """Both are known to earn no star: what the notes tell of does go wrong."""
-    noted = PROGRAMS[name]["noted"]
-    assert 0 <= min(noted) <= max(noted) < len(PROGRAMS[name]["wrong"])
-    assert len(MISSIONS[name].notes.mistakes) == 1 + len(set(noted))
+    """All are known to earn no star: what the notes tell of does go wrong. Whoever makes one of three is told which."""
+    mission = MISSIONS[name]
+    programs = [*noted_programs(mission)]
+    assert len(mission.notes.mistakes) == len(programs) >= 3
+    for number, program in enumerate(programs):
+        assert usual_mistake(mission, check_program(mission, program), program) == number
+
+
+def test_a_failure_is_told_as_a_story():
+    """What a pupil reads of the most usual mistake of the first mission: what happened, when, and what came of it."""
+    mission = MISSIONS["forward-and-stop"]
+    lost = next(goal for goal in check_program(mission, mission.near_miss).goals if goal.kind == "in-zone")
+    assert lost.why.sentence() == "the program began again at 5.0 s, and the car drove out of the garage"
+    assert lost.why.sentence("zh") == "程序在第 5.0 秒从头再来，小车 又开出了车库"
+    assert lost.t_ms > 5000

@@ -23,13 +23,17 @@ from motorcade.missions.goal import (
     Question,
     at,
     car_phrase,
+    centimetres,
     done_phrase,
     lamp_name,
     lost_phrase,
     metres,
+    named,
 )
 from motorcade.missions.model import Goal, Mission
 
+# A car that is so near to its start has not driven off.
+_STOOD_M = 0.02
 # A car that is so far off counts half in the grade of a goal.
 _HALF_M, _HALF_DEG = 0.5, 45.0
 _LED: Schema = {
@@ -46,6 +50,11 @@ def _window_ms(goal: Goal, least_ms: int = 0) -> tuple[int, int]:
     """From when and until when moments count."""
     from_ms = round(goal.values.get("from_s", 0) * 1000)
     return max(from_ms, least_ms), round(goal.values.get("until_s", 2 * LONGEST_S) * 1000)
+
+
+def _told_of(why: Phrase) -> dict[str, Any]:
+    """Which car a sentence is about, and how many cars do what is asked."""
+    return {name: why.details[name] for name in ("car", "tally")}
 
 
 def _mean_of_best(near: list[float], needed: int) -> float:
@@ -95,11 +104,18 @@ class CarsGoal(AskedGoal):
         # The first of those that are farthest off.
         place = off.index(max(off))
         key, details = self.lost(off[place])
-        why = lost_phrase(key, self.cars[place], done, count, **details)
+        t_ms, why = self.seen(place, lost_phrase(key, self.cars[place], done, count, **details))
         cars = (self.cars[place],)
         if is_over or self._is_always:
-            return GoalState("lost", self.off_ms(place), why, cars)
+            return GoalState("lost", t_ms, why, cars)
         return GoalState("open", None, why, cars)
+
+    def seen(self, place: int, why: Phrase) -> tuple[int, Phrase]:
+        """When one can see that a car misses the goal, and what is said of that; ``why`` says it of the run."""
+        t_ms = self.off_ms(place)
+        if self._is_always:
+            why = self.happened(t_ms, self.cars[place], why)
+        return t_ms, why
 
     def _met(self, is_over: bool, done: int, count: int) -> GoalState:
         why = done_phrase(done, count)
@@ -124,16 +140,45 @@ class _ZoneGoal(CarsGoal):
 
     def lost(self, off: float) -> tuple[str, dict[str, Any]]:
         zone = self.mission.zone(self.values["zone"])
-        return f"goal-{self.name}-{self.values['at']}-lost", {"metres": off, "zone": zone.title}
+        return f"goal-{self.name}-{self.values['at']}-lost", {"cm": centimetres(off), "zone": zone.title}
 
 
 class InZone(_ZoneGoal):
-    """Cars are in a zone."""
+    """Cars are in a zone. Of a run whose moments it sees it knows which cars stood, and which drove out again."""
 
     name = "in-zone"
     fields: ClassVar = {**CARS, "zone": ZONE, "at": at("end"), **WINDOW}
     what = judging.INSIDE
     half = _HALF_M
+
+    def prepare(self) -> None:
+        super().prepare()
+        self._inside: set[int] = set()
+        self._left_ms: dict[int, int] = {}
+        self._driven: set[int] = set()
+
+    def see(self, moment: Moment, begun: Sequence[Event]) -> None:
+        super().see(moment, begun)
+        starts = self.mission.mat.starts
+        for place, (car, far) in enumerate(zip(self.cars, self.off, strict=True)):
+            start = starts.x_m[car], starts.y_m[car]
+            if math.dist(start, (moment.x_m[car], moment.y_m[car])) > _STOOD_M:
+                self._driven.add(place)
+            if far == 0:
+                self._inside.add(place)
+            elif place in self._inside:
+                self._inside.remove(place)
+                self._left_ms[place] = moment.t_ms
+
+    def seen(self, place: int, why: Phrase) -> tuple[int, Phrase]:
+        car = self.cars[place]
+        if self.asked.when == judging.END and place in self._left_ms:
+            t_ms = self._left_ms[place]
+            out = Phrase("goal-drove-out", zone=why.details["zone"], **_told_of(why))
+            return t_ms, self.happened(t_ms, car, out, stands=True)
+        if self.now_ms and not self._is_always and place not in self._driven:
+            return self.now_ms, Phrase("goal-stood", **_told_of(why))
+        return super().seen(place, why)
 
 
 class OutOfZone(_ZoneGoal):
@@ -171,7 +216,8 @@ class Travelled(AskedGoal):
     @classmethod
     def asks(cls, goal: Goal, details: dict[str, Any]) -> Phrase:
         bounds = [name for name in cls.one_of if name in goal.values]
-        return Phrase(f"goal-{cls.name}-{'-'.join(bounds)}", **details)
+        lengths = {name.replace("_m", "_cm"): centimetres(goal.values[name]) for name in bounds}
+        return Phrase(f"goal-{cls.name}-{'-'.join(bounds)}", **lengths, **details)
 
     @property
     def _driven(self) -> list[float]:
@@ -189,7 +235,8 @@ class Travelled(AskedGoal):
         done = sum(self._least <= metres <= self._most for metres in driven)
         if self.lost_ms is not None or (is_over and done < self.needed):
             return self._lost(driven)
-        why = Phrase("goal-travelled-so-far", metres=min(driven, default=0.0), done=done, count=count)
+        least = centimetres(min(driven, default=0.0))
+        why = Phrase("goal-travelled-so-far", cm=least, done=done, count=count)
         if done < self.needed:
             return GoalState("open", None, why)
         is_final = is_over or self._most == math.inf
@@ -201,15 +248,16 @@ class Travelled(AskedGoal):
         if self.lost_ms is None:
             place = min(places, key=lambda place: (driven[place], place))
             t_ms = self.last_ms
+            key, bound = "goal-travelled-too-little", self._least
         else:
             place = max(places, key=lambda place: (driven[place], -place))
             t_ms = self.lost_ms
+            key, bound = "goal-travelled-too-far", self._most
         car = self.cars[place]
-        name = Phrase("the-car") if len(driven) == 1 else car_phrase(car)
-        allowed = Phrase("number-range", minimum=self._least, maximum=self._most)
-        if self._most == math.inf:
-            allowed = Phrase("number-from", minimum=self._least)
-        why = Phrase("goal-travelled-lost", car=name, metres=driven[place], allowed=allowed)
+        name = named(car, len(driven))
+        why = Phrase(key, car=name, cm=centimetres(driven[place]), bound=centimetres(bound))
+        if self.lost_ms is not None:
+            why = self.happened(t_ms, car, why, stands=True)
         return GoalState("lost", t_ms, why, (car,))
 
     def nearness(self) -> float:
@@ -318,6 +366,10 @@ class Together(GoalKind):
         if self._at == "always" and not is_met:
             self.lost_ms = moment.t_ms
 
+    @classmethod
+    def asks(cls, goal: Goal, details: dict[str, Any]) -> Phrase:
+        return super().asks(goal, details | {"cm": centimetres(goal.values["metres"])})
+
     def _farthest(self, moment: Moment) -> tuple[float, int, int]:
         """The two cars that are farthest from each other, and how far."""
         x, y = moment.x_m, moment.y_m
@@ -332,7 +384,7 @@ class Together(GoalKind):
 
     def state(self, is_over: bool) -> GoalState:
         apart_m, one, other = self._apart
-        why = Phrase("goal-apart", car=car_phrase(one), other=car_phrase(other), metres=apart_m)
+        why = Phrase("goal-apart", car=car_phrase(one), other=car_phrase(other), cm=centimetres(apart_m))
         if self.since_ms is None:
             if is_over or self.lost_ms is not None:
                 return GoalState("lost", self._apart_ms, why, (one, other))

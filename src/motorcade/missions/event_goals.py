@@ -28,11 +28,11 @@ from motorcade.missions.goal import (
     car_phrase,
     done_phrase,
     lost_phrase,
+    named,
     needed_of,
     seconds,
 )
 from motorcade.missions.model import Goal, Mission
-from motorcade.program.compiler import length_ms
 
 # Two bodies that stand nearer than this touch, for the sentence about a touch.
 _TOUCH_M = 0.01
@@ -201,11 +201,11 @@ class NoTouch(GoalKind):
     def state(self, is_over: bool) -> GoalState:
         if self.lost_ms is None:
             return self.kept(is_over, Phrase("goal-no-touch-done"))
-        seconds = {"seconds": self.lost_ms / 1000, "touching": self._touching_ms / 1000}
-        one, *others = map(car_phrase, self._who)
-        why = Phrase("goal-touched-wall", car=one, **seconds)
+        one, *others = (named(car, len(self._mat.starts)) for car in self._who)
+        what = Phrase("goal-touched-wall", car=one)
         if others:
-            why = Phrase("goal-touched", car=one, other=others[0], **seconds)
+            what = Phrase("goal-touched", car=one, other=others[0])
+        why = self.happened(self.lost_ms, self._who[0], what)
         return GoalState("lost", self.lost_ms, why, self._who)
 
 
@@ -345,12 +345,12 @@ class ProgramGoal(GoalKind):
     def most(self) -> float:
         """What it may have."""
 
-    def why(self) -> Phrase:
-        """Say how much the program has."""
-        return Phrase(f"goal-{self.name}-count", count=self.value(), most=self.most())
-
     def state(self, is_over: bool) -> GoalState:
-        return GoalState("met" if self.value() <= self.most() else "lost", 0, self.why())
+        value = self.value()
+        most = self.most()
+        if value <= most:
+            return GoalState("met", 0, Phrase("goal-done"))
+        return GoalState("lost", 0, Phrase(f"goal-{self.name}-lost", value=value, most=most))
 
     def nearness(self) -> float:
         most = self.most()
@@ -390,15 +390,10 @@ class SecondsAtMost(ProgramGoal):
     fields: ClassVar = {"seconds": seconds("how long one round of the program lasts at most")}
 
     def value(self) -> float:
-        image = self.run.attempt.image
-        profile = self.mission.profile
-        leader_ms = sum(length_ms(word, profile) for word in image.leader)
-        followers_ms = len(image.followers) * _slots_of(self.run.attempt).dwell_ms
-        return max(leader_ms, followers_ms) / 1000
+        attempt = self.run.attempt
+        followers_ms = len(attempt.image.followers) * _slots_of(attempt).dwell_ms
+        return max(attempt.round_ms, followers_ms) / 1000
 
     def most(self) -> float:
         most_s: float = self.values["seconds"]
         return most_s
-
-    def why(self) -> Phrase:
-        return Phrase("goal-seconds-count", seconds=self.value(), most=self.most())

@@ -15,6 +15,7 @@ import math
 from abc import ABC, abstractmethod
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from itertools import chain
 from typing import Any, ClassVar, Literal, NamedTuple, TypeVar
 
@@ -26,6 +27,7 @@ from motorcade.errors import Phrase
 from motorcade.mats.model import Corners, Disc, Mat
 from motorcade.mats.schema import FARTHEST_M, SHORTEST_M
 from motorcade.missions.model import Goal, Mission, Wording, Zone
+from motorcade.program.compiler import length_ms
 from motorcade.words.image import parse_image_bytes
 
 # A run is looked at every so many ms, beginning at 0.
@@ -195,6 +197,11 @@ class Attempt(MadeOnce):
         corners.extend(chain.from_iterable(sides))
         who.extend(goal.cars)
 
+    @cached_property
+    def round_ms(self) -> int:
+        """How long the states of the leader last in all: then it begins again, unless it decides."""
+        return sum(length_ms(word, self.mission.profile) for word in self.image.leader)
+
     def no_answers(self) -> judging.Answers:
         """Return the answers of one run before its first moment, as lists."""
         goals = self.mission.goals
@@ -347,6 +354,18 @@ class GoalKind(ABC):
             return GoalState("met", self.now_ms, why)
         return GoalState("holds", None, why)
 
+    def happened(self, t_ms: int, car: int, what: Phrase, *, stands: bool = False) -> Phrase:
+        """Say when something went wrong with a car: after its program began again, or at ``t_ms``.
+
+        Many programs shall begin again; so that counts in the second round alone, unless the car had to stand.
+        """
+        attempt = self.run.attempt
+        round_ms = attempt.round_ms
+        leads = car in self.mission.mat.starts.leaders
+        if leads and not attempt.image.decides and 0 < round_ms <= t_ms and (stands or t_ms < 2 * round_ms):
+            return Phrase("goal-again", seconds=t_ms // round_ms * round_ms / 1000, what=what)
+        return Phrase("goal-at", seconds=t_ms / 1000, what=what)
+
     def note(self, is_met: bool) -> None:
         """Note whether the goal is met at this moment."""
         if not is_met:
@@ -402,11 +421,24 @@ def car_phrase(car: int) -> Phrase:
     return Phrase("car-number", number=car)
 
 
+def named(car: int, count: int) -> Phrase:
+    """Name a car that is one of ``count``: the only one needs no number."""
+    if count == 1:
+        return Phrase("the-car")
+    return car_phrase(car)
+
+
+def centimetres(metres: float) -> float:
+    """A length in the unit of sentences."""
+    return metres * 100
+
+
 def lost_phrase(key: str, car: int, done: int, count: int, **details: Any) -> Phrase:
     """Say what one car did; of several cars also how many did what is asked."""
-    if count == 1:
-        return Phrase(key, car=Phrase("the-car"), tally=Phrase("nothing-more"), **details)
-    return Phrase(key, car=car_phrase(car), tally=Phrase(f"{key}-tally", done=done, count=count), **details)
+    tally = Phrase("nothing-more")
+    if count > 1:
+        tally = Phrase(f"{key}-tally", done=done, count=count)
+    return Phrase(key, car=named(car, count), tally=tally, **details)
 
 
 def done_phrase(done: int, count: int) -> Phrase:

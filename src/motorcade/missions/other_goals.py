@@ -64,10 +64,10 @@ class AllBy(GoalKind):
 
     def state(self, is_over: bool) -> GoalState:
         other = self._other.state(is_over)
-        details = {"goal": self._number, "most": self._seconds}
-        why = Phrase("goal-all-by-not", **details)
+        most = {"most": self._seconds}
+        why = Phrase("goal-all-by-not", **most)
         if other.progress in ("met", "holds") and other.t_ms is not None:
-            why = Phrase("goal-all-by-when", seconds=other.t_ms / 1000, **details)
+            why = Phrase("goal-all-by-when", seconds=other.t_ms / 1000, **most)
             if self._in_time(other):
                 return GoalState(other.progress, other.t_ms, why)
         elif not (is_over or self.now_ms > self._by_ms or other.progress == "lost"):
@@ -75,7 +75,7 @@ class AllBy(GoalKind):
         # What is wrong is seen where the other goal was lost again, or else at the time itself.
         seen = self._gone or self._then or other
         if self._gone:
-            why = Phrase("goal-all-by-gone", seconds=(self._gone.t_ms or 0) / 1000, reason=self._gone.why, **details)
+            why = Phrase("goal-all-by-gone", reason=self._gone.why, **most)
         return GoalState("lost", seen.t_ms, why, seen.cars)
 
     def nearness(self) -> float:

@@ -236,6 +236,8 @@ def goal_phrase(goal: Goal, mission: Mission) -> Phrase | Wording:
         details["who"] = kind.who(goal)
     if "zone" in values:
         details["zone"] = mission.zone(values["zone"]).title
+    if "goal" in values:
+        details["goal"] = goal_phrase(mission.goals[values["goal"] - 1], mission)
     if "led" in values:
         details["led"] = lamp_name(values["led"])
     phrase = kind.asks(goal, details)

@@ -15,6 +15,7 @@ from motorcade.missions import model
 from motorcade.missions.check import STEPS, check_program, open_worlds_here, watched
 from motorcade.missions.document import OWN, built_in_mission, mission_of, parse_mission
 from motorcade.missions.goal import GoalState
+from motorcade.missions.mistakes import usual_mistake
 from motorcade.missions.odds import OpenWorlds
 from motorcade.missions.schema import GOALS
 from motorcade.missions.watch import MissionWatch, goal_phrase
@@ -98,6 +99,7 @@ class Mission(_ToldMission, kw_only=True):
     Attributes:
         edits: "blocks", or "bits" of the words.
         seed: the seed that the page plays with first.
+        next: the id of the mission after this one on its path; "" where it is the last, or on no path.
         leader, followers: the blocks that the user begins with.
         document: what the file holds.
     """
@@ -105,6 +107,7 @@ class Mission(_ToldMission, kw_only=True):
     edits: str
     seconds: float
     seed: int
+    next: str
     profile: str
     leader: WorkspaceState
     followers: WorkspaceState | None
@@ -157,12 +160,18 @@ class CheckedGoal(Struct):
 
 
 class MissionResult(Struct):
-    """What a program earned, and all that the user has earned; ``steps``: why its kinds of blocks are not allowed."""
+    """What a program earned, and all that the user has earned.
+
+    Attributes:
+        steps: why its kinds of blocks are not allowed.
+        mistake: the usual mistake that it makes, where it is one that the mission's notes know.
+    """
 
     stars: list[int]
     earned: list[int]
     goals: list[CheckedGoal]
     steps: Sentence | None
+    mistake: Sentence | None
 
 
 def chosen_mission(choice: MissionChoice) -> model.Mission:
@@ -193,6 +202,7 @@ def open_mission(choice: MissionChoice, stars: Stars) -> Mission:
         edits=document["edits"],
         seconds=document["seconds"],
         seed=mission.seeds[0],
+        next=_next_of(mission),
         profile=document["profile"],
         leader=leader,
         followers=followers,
@@ -270,15 +280,21 @@ def check_attempt(attempt: MissionAttempt, open_worlds: OpenWorlds) -> MissionRe
     program = program_of(attempt.leader, attempt.followers, mission.document["profile"])
     result = check_program(mission, program, open_worlds)
     too_long = next((goal for goal in result.goals if goal.kind == STEPS and not goal.met), None)
+    goals = [goal for goal in result.goals if goal.kind != STEPS]
+    shown = (min((goals[number] for number in together), key=lambda goal: goal.met) for together in _as_told(mission))
+    number = usual_mistake(mission, result, program)
+    mistake = None
+    if number is not None and mission.notes:
+        mistake = mission.notes.mistakes[number][0].texts
     return MissionResult(
         stars=sorted(result.stars),
         earned=[],
         goals=[
             CheckedGoal(goal.kind, goal.star, goal.met, goal.seed, goal.t_ms, sentences(goal.why), list(goal.cars))
-            for goal in result.goals
-            if goal.kind != STEPS
+            for goal in shown
         ],
         steps=too_long and sentences(too_long.why),
+        mistake=mistake,
     )
 
 
@@ -291,7 +307,30 @@ def warm_up() -> None:
 
 def mission_goals(mission: model.Mission) -> list[MissionGoal]:
     """The goals of a mission, as pages tell them."""
-    return [MissionGoal(goal.kind, goal.star, sentences(goal_phrase(goal, mission))) for goal in mission.goals]
+    goals = (mission.goals[together[0]] for together in _as_told(mission))
+    return [MissionGoal(goal.kind, goal.star, sentences(goal_phrase(goal, mission))) for goal in goals]
+
+
+def _as_told(mission: model.Mission) -> list[list[int]]:
+    """The numbers of the goals that pages tell as one: those in a row with the same text of the author's."""
+    told: list[list[int]] = []
+    before = None
+    for number, goal in enumerate(mission.goals):
+        if goal.text is not None and before is not None and (goal.text, goal.star) == (before.text, before.star):
+            told[-1].append(number)
+        else:
+            told.append([number])
+        before = goal
+    return told
+
+
+def _next_of(mission: model.Mission) -> str:
+    """The id of the mission after this one on its path, or ""."""
+    path, order = (mission.document[key] for key in ("path", "order"))
+    if mission.id == OWN:
+        return ""
+    places = {(other.document["path"], other.document["order"]): other.id for other in documents.missions()}
+    return places.get((path, order + 1), "")
 
 
 def mission_zones(mission: model.Mission) -> list[MissionZone]:
@@ -306,6 +345,11 @@ def mission_zones(mission: model.Mission) -> list[MissionZone]:
             centre = [x, y]
         zones.append(MissionZone(zone.name, zone.title.texts, corners, centre, radius, zone.name in avoided))
     return zones
+
+
+def _how_well(state: GoalState) -> int:
+    """Sorts how it stands with goals, the worst first."""
+    return ("lost", "open", "holds", "met").index(state.progress)
 
 
 class Referee:
@@ -340,7 +384,11 @@ class Referee:
         begun = [event for event in unpack_events(events) if event.kind == START]
         shown = to_moment(t_ms, moment, len(self.mission.mat.starts), {"touching_ms": touching_ms})
         self._watch.see(shown, begun)
-        states = self._watch.states()
+        found = self._watch.states()
+        states = [min((found[goal] for goal in together), key=_how_well) for together in _as_told(self.mission)]
+        if not t_ms:
+            # Nobody has earned anything before a car drives.
+            states = [state._replace(progress="open", t_ms=None) for state in states]
         if not self._states or states != self._states[-1]:
             self._times.append(t_ms)
             self._states.append(states)

@@ -31,11 +31,12 @@ function LuckBar() {
   );
 }
 
-/** The bar as a button, which shows more. */
+/** The bar as a button, which shows more; nothing where luck plays no part: all runs end alike, and no goal asks for them. */
 export function LuckButton() {
   const t = useTexts();
-  const hasLuck = useTrials(({ luck }) => Boolean(luck?.tried));
-  if (!hasLuck) return null;
+  const isAsked = useMission(({ mission }) => mission?.goals.some(({ kind }) => kind === "works") ?? false);
+  const tells = useTrials(({ luck }) => luck !== null && luck.tried > 0 && (isAsked || ![0, luck.tried].includes(luck.works)));
+  if (!tells) return null;
   return (
     <Button className={css.luck} aria-describedby="luck-more" onPress={() => openDrawer("sure")}>
       <LuckBar />

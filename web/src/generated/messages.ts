@@ -200,6 +200,7 @@ export interface Mission {
   edits: string;
   seconds: number;
   seed: number;
+  next: string;
   profile: string;
   leader: WorkspaceState;
   followers: WorkspaceState | null;
@@ -237,8 +238,14 @@ export interface NotedMistake { text: Sentence; hint: Sentence | null }
 /** The blocks that a mission is to be checked with. */
 export interface MissionAttempt { mission: MissionChoice; leader: WorkspaceState; followers?: WorkspaceState | null }
 
-/** What a program earned, and all that the user has earned; ``steps``: why its kinds of blocks are not allowed. */
-export interface MissionResult { stars: number[]; earned: number[]; goals: CheckedGoal[]; steps: Sentence | null }
+/** What a program earned, and all that the user has earned. */
+export interface MissionResult {
+  stars: number[];
+  earned: number[];
+  goals: CheckedGoal[];
+  steps: Sentence | null;
+  mistake: Sentence | null;
+}
 
 /** The result of a goal on all seeds: met, or why it was lost on the first seed on which it was. */
 export interface CheckedGoal {

@@ -3,6 +3,7 @@ import { Button } from "react-aria-components";
 import { focusBlocks, offerBlocks } from "../blocks/workspaces";
 import type { CheckedGoal, GoalNow, Mission, MissionGoal } from "../generated/messages";
 import { inLanguage, useLanguage, useTexts } from "../i18n";
+import { playFrom } from "../certainty/trials";
 import { useMat } from "../mat/store";
 import { comeBack } from "../projects/project";
 import { openDialog } from "../state/dialogs";
@@ -12,7 +13,7 @@ import { BitEditor } from "./BitEditor";
 import { editMission, useDraft, zonesOf } from "./draft";
 import { MissionEditor } from "./MissionEditor";
 import { Stars } from "./Stars";
-import { showMoment, TRIES_BEFORE_HINTS, useMission } from "./store";
+import { playMission, TRIES_BEFORE_HINTS, useMission, watchMoment } from "./store";
 import buttons from "../ui/buttons.module.css";
 import css from "./missions.module.css";
 
@@ -73,18 +74,29 @@ function Task({ mission }: { mission: Mission }) {
         )}
         <IconButton icon="close" label={t("missions.leave")} onPress={comeBack} />
       </header>
+      <div role="status" className={css.outcome}>
+        {result && <Outcome mission={mission} stars={stars} />}
+      </div>
       {told && <p>{inLanguage(mission.story)}</p>}
       {mission.edits === "bits" && <BitEditor />}
       <ul className={classes("stack tight", css.goals)} aria-label={t("missions.goals")}>
         {mission.goals.map((goal, k) => (
-          <GoalLine key={k} number={k + 1} goal={goal} now={goals?.goals[k]} checked={result?.goals[k]} seed={seed} />
+          <GoalLine
+            key={k}
+            goal={goal}
+            now={goals?.goals[k]}
+            checked={result?.goals[k]}
+            isEarned={result?.stars.includes(goal.star) ?? false}
+            seed={seed}
+          />
         ))}
       </ul>
-      <Suspense>
-        <LuckButton />
-      </Suspense>
+      {tries > 0 && (
+        <Suspense>
+          <LuckButton />
+        </Suspense>
+      )}
       <div role="status" className={css.outcome}>
-        {result && <Outcome mission={mission} stars={stars} />}
         {mission.hints.slice(0, hints).map((hint, k) => (
           <p key={k} className="caution">
             {t("missions.hint", { number: k + 1 })} {inLanguage(hint)}
@@ -102,39 +114,39 @@ function Task({ mission }: { mission: Mission }) {
 }
 
 interface GoalLineProps {
-  /** As sentences number it. */
-  number: number;
   goal: MissionGoal;
   now: GoalNow | undefined;
   checked: CheckedGoal | undefined;
+  /** Whether the last run has earned its star. */
+  isEarned: boolean;
   /** The seed that the page plays. */
   seed: number;
 }
 
 const MARKS = { open: "○", holds: "◐", met: "✓", lost: "✗" } as const;
 
-/** A goal with its tick, and, where it is lost, why; a button leads to that moment. */
-function GoalLine({ number, goal, now, checked, seed }: GoalLineProps) {
+/** A goal with its tick, and, where it is lost, what happened; a button plays that moment from just before. */
+function GoalLine({ goal, now, checked, isEarned, seed }: GoalLineProps) {
   const t = useTexts();
   const progress = checked ? (checked.met ? "met" : "lost") : (now?.progress ?? "open");
   const lost = progress === "lost" ? (checked ?? now) : undefined;
-  const seen = !checked || checked.met || checked.seed === seed;
+  const other = checked && checked.seed !== seed ? checked.seed : null;
+  const watch = (tMs: number, cars: readonly number[]) => (other === null ? watchMoment(tMs, cars) : playFrom(other, tMs, cars));
   return (
     <li data-progress={progress}>
       <span className={css.mark} role="img" aria-label={t(`missions.progress.${progress}`)}>
         {MARKS[progress]}
       </span>
       <span>
-        {number}. {inLanguage(goal.text)} <span className={css.star}>{"★".repeat(goal.star)}</span>
+        {inLanguage(goal.text)}{" "}
+        <span className={css.star} data-earned={isEarned || undefined}>
+          {(isEarned ? "★" : "☆").repeat(goal.star)}
+        </span>
         {lost && (
           <span className={css.why}>
-            {inLanguage(lost.why)}
-            {seen && lost.t_ms !== null && lost.t_ms > 0 && (
-              <TextButton small onPress={() => showMoment(lost.t_ms, lost.cars)}>
-                {t("missions.showMoment", { seconds: lost.t_ms / 1000 })}
-              </TextButton>
-            )}
-            {!seen && <span> {t("missions.otherLuck")}</span>}
+            <span>{inLanguage(lost.why)}</span>
+            {other !== null && <span>{t("missions.otherLuck")}</span>}
+            {lost.t_ms ? <TextButton small onPress={() => watch(lost.t_ms!, lost.cars)}>{t("missions.watch")}</TextButton> : null}
           </span>
         )}
       </span>
@@ -142,19 +154,25 @@ function GoalLine({ number, goal, now, checked, seed }: GoalLineProps) {
   );
 }
 
-/** The stars of the last run, and what was learned or what is missing. */
+/** The stars of the last run, and what was learned; or the usual mistake that was made. */
 function Outcome({ mission, stars }: { mission: Mission; stars: readonly number[] }) {
   const t = useTexts();
   const result = useMission((now) => now.result)!;
   if (result.steps) return <p>{inLanguage(result.steps)}</p>;
-  if (!result.stars.length) return <p>{t("missions.again")}</p>;
+  if (!result.stars.length) {
+    const { mistake } = result;
+    return <p className="strong">{mistake ? t("missions.mistake", { mistake: inLanguage(mistake) }) : t("missions.again")}</p>;
+  }
+  const next = () => (mission.next ? void playMission({ id: mission.next }) : openDialog("missions"));
   return (
     <>
       <p className="strong">
         <Stars stars={stars} earned={result.stars} /> {inLanguage(mission.learned)}
       </p>
-      <TextButton small primary onPress={() => openDialog("missions")}>{t("missions.next")}</TextButton>
-      <TextButton small onPress={() => openDialog("run")}>{t("run.open")}</TextButton>
+      <div className="wrap">
+        <TextButton small primary onPress={next}>{t(mission.next ? "missions.next" : "missions.choose")}</TextButton>
+        <TextButton small onPress={() => openDialog("run")}>{t("run.open")}</TextButton>
+      </div>
     </>
   );
 }

@@ -1,6 +1,8 @@
 import { afterAll, beforeAll, expect, it, vi } from "vitest";
 import texts from "virtual:texts/studio";
 import { connectTo } from "../api/service";
+import type { WorldState } from "../api/world";
+import { WorldConnection } from "../api/worldConnection";
 import type { Mission } from "../generated/messages";
 import { startTexts } from "../i18n";
 import { setRange } from "../mat/actions";
@@ -11,7 +13,7 @@ import { comeBack, library, markSaved } from "../projects/project";
 import { useDialogs } from "../state/dialogs";
 import { useQuestion } from "../state/questions";
 import { useStudio } from "../state/studio";
-import { playMission, showMoment, useMission, watchMissions } from "./store";
+import { playMission, useMission, watchMissions, watchMoment } from "./store";
 
 const BEGINNING = { blocks: { beginning: true } };
 const mission = (id: string) =>
@@ -98,11 +100,23 @@ it("a mission's mat, cars and range stay as they are, and a sentence says so", a
   expect(useStudio.getState().mat.floor).toBe("moon");
 });
 
-it("what a goal shows is its moment, with all cars that were wrong, until another is chosen", () => {
-  const seek = vi.spyOn(session, "seek").mockImplementation(() => undefined);
-  showMoment(2500, [3, 1]);
-  expect(seek).toHaveBeenCalledWith(2500);
-  seek.mockRestore();
+it("what a goal shows is its moment, played from just before, with all cars that were wrong, until another is chosen", async () => {
+  useMat.setState({ state: { t_ms: 2600 } as WorldState });
+  const send = vi.spyOn(WorldConnection.prototype, "send").mockReturnValue(true);
+  session.open();
+  send.mockClear();
+  watchMoment(2500, [3, 1]);
+  await vi.advanceTimersByTimeAsync(5000);
+  const sought = send.mock.calls.flatMap(([command]) => (command.do === "seek" ? [command.t_ms!] : []));
+  expect(sought).toEqual(Array.from({ length: 22 }, (_, step) => 500 + 100 * step));
+  // Whoever does something else ends it.
+  watchMoment(2500, [3, 1]);
+  session.play();
+  send.mockClear();
+  await vi.advanceTimersByTimeAsync(5000);
+  expect(send.mock.calls.filter(([command]) => command.do === "seek")).toEqual([]);
+  session.close();
+  send.mockRestore();
   expect(chosenCar()).toBe(3);
   expect(useMat.getState().told).toEqual([3, 1]);
   choose({ car: 0 });

@@ -4,7 +4,7 @@ import { create } from "zustand";
 import { request } from "../api/service";
 import { inLanguage, say } from "../i18n";
 import type { Mission, MissionChoice, MissionResult, Project } from "../generated/messages";
-import { session } from "../mat/session";
+import { replay } from "../mat/replay";
 import { choose, useMat } from "../mat/store";
 import { attempt } from "../projects/actions";
 import { comeBack, markUnsaved, openProject, putAside } from "../projects/project";
@@ -151,10 +151,14 @@ export function watchMissions(): void {
   });
 }
 
-/** Show a moment of the run; rings show which cars did not do what was asked. */
-export function showMoment(tMs: number | null, cars: readonly number[]): void {
+const BEFORE_MS = 2000;
+const AFTER_MS = 500;
+
+/** Play a moment of the run again, from just before; rings show which cars did not do what was asked. */
+export function watchMoment(tMs: number, cars: readonly number[]): void {
   const [car] = cars;
-  session.seek(tMs);
+  const endMs = useMat.getState().state?.t_ms ?? tMs;
+  replay(tMs - BEFORE_MS, Math.min(tMs + AFTER_MS, endMs));
   choose(car === undefined ? null : { car });
   useMat.setState({ told: cars });
 }
