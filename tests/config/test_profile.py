@@ -29,6 +29,7 @@ def test_the_classrooms_cars_are_the_protocols() -> None:
         floor=cars.FloorSensors(),
         servo=cars.Servo(20, 500, 1500, 2500, 35),
         motor=cars.DriveMotor(255),
+        wheels=cars.Wheels(),
         drive=cars.DriveLimits(failsafe_ms=300, watchdog_ms=200, hand_over_ms=5000, commands_per_s=100),
     )
 
@@ -43,7 +44,7 @@ def test_the_classrooms_cars_are_the_protocols() -> None:
         ("durations_ms = [0, 1000, 2000, 3000]", "", "durations_ms"),
         ("dwell_ms = [1000, ", "dwell_ms = [0, ", "dwell_ms"),
         ("avoid_radii_mm = [100, 200", "avoid_radii_mm = [300, 200", "avoid_radii_mm"),
-        ("idle_state_ms = 100", "idle_state_ms = 100\nwheels = 4", "wheels"),
+        ("idle_state_ms = 100", "idle_state_ms = 100\ndoors = 4", "doors"),
         ("[infrared]", "[ultraviolet]", "ultraviolet"),
         ("unit_us = 560", "unit_us = 560\ncolour = 1", "infrared.*colour"),
         ("last_interval_ms = 3520", "last_interval_ms = 109", "last_interval_ms is 109"),
@@ -52,6 +53,8 @@ def test_the_classrooms_cars_are_the_protocols() -> None:
         ("forget_ms = 10000", "forget_ms = 15001", "forget_ms is 15001; at most 15000 ms"),
         ("hand_over_ms = 5000", "hand_over_ms = 300", "hand_over_ms 300; each must be shorter"),
         ("battery_low_mv = 0", "battery_low_mv = 6400", "drive.battery_low_mv is 6400 and battery_charged_mv 0"),
+        ("drift_mrad_per_m = 0", "drift_mrad_per_m = -2001", "allowed: a whole number from -2000 to 2000"),
+        ("stopping_ms = 0", "stopping_ms = -1", "allowed: a whole number from 0 to 1000"),
         ("failsafe_ms = 300", "failsafe_ms = 2001", "allowed: a whole number from 1 to 2000"),
         ("idle_state_ms = 100", "idle_state_ms = 1048576", "allowed: a whole number from 1 to 1048575"),
     ],

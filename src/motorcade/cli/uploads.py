@@ -3,6 +3,7 @@
 import sys
 from binascii import crc32
 from collections.abc import Callable
+from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -61,9 +62,6 @@ def _upload(
     profile: options.ImageProfile = None,
     as_json: options.Json = False,
 ) -> None:
-    from motorcade.cli.console import progress_bar
-    from motorcade.upload.serial_port import upload
-
     image, chosen = options.image_for(source, profile)
     if to:
         options.exclude_each_other(to=to, port=port, no_verify=no_verify, dry_run=dry_run)
@@ -84,13 +82,46 @@ def _upload(
         plan = {"port": port, "bytes": size, "words": size // 4, "crc32": checksum, "baud": baud}
         print_result({**plan, "sent": False}, translated("upload-planned", **plan), as_json)
         return
-    with progress_bar("sent", len(image)) as advance:
-        answer = upload(port, image, baud, verify=not no_verify, progress=advance, retrying=_print_retry)
+    answer = _send(port, image, baud, verify=not no_verify)
     key = "upload-verified"
     if no_verify:
         key = "upload-not-verified"
     done = {"port": port, "bytes": len(image), "verified": not no_verify, "answer": answer}
     print_result(done, translated(key, count=len(image), port=port, answer=answer), as_json)
+
+
+@app.command("calibrate")
+def _calibrate(
+    output: options.Output,
+    port: options.PortOption = "",
+    no_upload: Annotated[bool, typer.Option("--no-upload")] = False,
+    profile: str = "classroom",
+    as_json: options.Json = False,
+) -> None:
+    from motorcade.cli.calibrating import ask_readings, figure_lines
+    from motorcade.config.calibration import Move, fit, measured_profile, profile_text
+    from motorcade.config.files import raised_as
+    from motorcade.service.calibration import move_image
+
+    options.exclude_each_other(port=port, no_upload=no_upload)
+    if output.suffix != ".toml":
+        raise MotorcadeError("profile-needs-toml", file=output)
+    with raised_as("file-not-writable", OSError, file=output):
+        # Before anybody measures for it.
+        output.parent.stat()
+    base = options.profile_named(profile)
+    if not no_upload:
+        port = port or _only_port()
+
+    def send(move: Move) -> None:
+        if not no_upload:
+            _send(port, move_image(move, base), base.serial.baud)
+
+    found = fit(ask_readings(send))
+    measured = measured_profile(found, base, output.name)
+    options.write_file(output, profile_text(measured).encode())
+    lines = [*figure_lines(found), translated("profile-written", file=output)]
+    print_result({"file": str(output), **asdict(found)}, "\n".join(lines), as_json)
 
 
 @app.command("readback")
@@ -311,6 +342,15 @@ def _wifi_settings(
     else:
         password = typer.prompt(prompt, hide_input=True, err=True)
     return settings | {"wifi": {"ssid": name, "password": password}}
+
+
+def _send(port: str, image: bytes, baud: int, *, verify: bool = True) -> str | None:
+    """Upload an image, with a progress bar; return what `motorcade.upload.serial_port.upload` returns."""
+    from motorcade.cli.console import progress_bar
+    from motorcade.upload.serial_port import upload
+
+    with progress_bar("sent", len(image)) as advance:
+        return upload(port, image, baud, verify=verify, progress=advance, retrying=_print_retry)
 
 
 def _only_port() -> str:

@@ -17,8 +17,9 @@ from motorcade.errors import InputError, Phrase
 from motorcade.words.infrared import NEWER_SLOTS, air_us
 
 _MOST = (1 << 20) - 1
-# A car that drives on for longer without a command is nobody's car.
-_SMALLER = {"failsafe_ms": 2000, "watchdog_ms": 2000}
+# A car that drives on for longer without a command is nobody's car; one that bends more drives in a circle.
+_SMALLER = {"failsafe_ms": 2000, "watchdog_ms": 2000, "drift_mrad_per_m": 2000, "stopping_ms": 1000}
+_NEGATIVE = ("drift_mrad_per_m",)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +83,20 @@ class DriveMotor:
 
 
 @dataclass(frozen=True, slots=True)
+class Wheels:
+    """What wheels do beside what they are told.
+
+    Attributes:
+        drift_mrad_per_m: by how much the car turns to the left on each metre of a way that should be straight; to the
+            right where it is negative. -2000 to 2000.
+        stopping_ms: when it is told to stand, it rolls on as far as it drives in this time. 0 to 1000.
+    """
+
+    drift_mrad_per_m: int = 0
+    stopping_ms: int = 0
+
+
+@dataclass(frozen=True, slots=True)
 class DriveLimits:
     """Limits of a car that is steered over a network; see docs/profiles.md."""
 
@@ -114,6 +129,7 @@ class Profile:
     floor: FloorSensors
     servo: Servo
     motor: DriveMotor
+    wheels: Wheels
     drive: DriveLimits
 
 
@@ -156,6 +172,8 @@ def _schema_of(field: Any) -> Schema:
     most = _SMALLER.get(field.name, _MOST)
     if field.default is MISSING:
         return whole(1, most)
+    if field.name in _NEGATIVE:
+        return whole(-most, most, default=field.default)
     # Where a key is 0 unless it is there, 0 switches off what it limits.
     return whole(min(field.default, 1), most, default=field.default)
 

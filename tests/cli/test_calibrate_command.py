@@ -1,0 +1,55 @@
+"""A car is measured at a terminal: `motorcade calibrate`."""
+
+import json
+
+from motorcade import load_profile
+from motorcade.upload import serial_port
+from support.command_line import refusal, run
+
+# Six moves: the second is answered badly first, the fourth goes back to the third.
+ANSWERS = ["30 0", "far", "29", "60 1", "89", "-", "88 4; 88 4", "30 0.5", "262", "266"]
+
+
+def typed(answers):
+    return "".join(f"{answer}\n" for answer in answers)
+
+
+def test_a_pupil_measures_a_car_and_gets_its_profile(tmp_path):
+    profile = tmp_path / "mine.toml"
+    ran = run("calibrate", "--no-upload", "-o", profile, typed=typed(ANSWERS))
+    assert ran.code == 0, ran.err
+    assert "'far' is no way" in ran.err
+    assert "went no farther than the move before" in ran.err
+    assert "Move 6 of 6: turn right for 3 s" in ran.err
+    assert "Turn rates of levels 1 to 3: 2" in ran.out
+    measured = load_profile("mine.toml", tmp_path)
+    assert measured.turn_rates_deg_s[3] == 88
+    assert measured.wheels.drift_mrad_per_m > 50
+    assert measured.durations_ms == load_profile("classroom").durations_ms
+
+
+def test_each_move_is_sent_to_the_car_before_it_is_asked_for(tmp_path, monkeypatch):
+    sent = []
+    monkeypatch.setattr(serial_port, "upload", lambda port, image, baud, **_: sent.append((port, image, baud)))
+    answers = [answer for answer in ANSWERS if answer not in ("far", "29", "-", "89")]
+    ran = run("--json", "calibrate", "-p", "COM3", "-o", tmp_path / "mine.toml", typed=typed(answers))
+    assert json.loads(ran.out)["turn_rates_deg_s"][2][0] == 88
+    assert [port for port, _, _ in sent] == ["COM3"] * 6
+    assert len({image for _, image, _ in sent}) == 6
+
+
+def test_whoever_stops_answering_gets_no_profile(tmp_path):
+    profile = tmp_path / "mine.toml"
+    assert run("calibrate", "--no-upload", "-o", profile, typed=typed(ANSWERS[:4])).code == 1
+    assert not profile.exists()
+
+
+def test_what_can_be_no_profile_is_refused_before_anybody_measures(tmp_path):
+    assert "has to end with .toml" in refusal(2, "calibrate", "--no-upload", "-o", tmp_path / "mine.profile")
+    assert "no such file or folder" in refusal(2, "calibrate", "--no-upload", "-o", tmp_path / "nowhere" / "mine.toml")
+
+
+def test_a_file_of_answers_that_ends_too_early_is_told(tmp_path):
+    ran = run("calibrate", "--no-upload", "-o", tmp_path / "mine.toml")
+    assert ran.code == 2
+    assert "slowly ahead for 3 s: nothing is measured yet" in ran.err
