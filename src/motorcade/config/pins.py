@@ -65,11 +65,6 @@ class Wire(NamedTuple):
     role: Role
     pin: int
 
-    @property
-    def title(self) -> Phrase:
-        """What people call the part."""
-        return Phrase(f"device-{self.device.key}")
-
     def terminal(self, chip: Chip) -> str:
         """What is printed on the device, and what belongs between it and a pin of ``chip``."""
         if chip.has_5_v_pins and self.role.terminal_5_v:
@@ -94,6 +89,7 @@ class PinMap:
         drive_duties: PWM duty of a motor, 0 to 255, for each speed level while the car drives straight on.
         turn_duties: the same while it turns on the spot.
         options: what it says beside pins: a part's key, the option's and its value.
+        sources: the parts whose pins a source confirms, in a car that somebody else made.
     """
 
     name: str
@@ -102,6 +98,7 @@ class PinMap:
     drive_duties: tuple[int, ...] = (0, 85, 170, 255)
     turn_duties: tuple[int, ...] = (0, 85, 170, 255)
     options: tuple[tuple[str, str, str | int], ...] = ()
+    sources: tuple[str, ...] = ()
 
     def has(self, device: str) -> bool:
         """Whether the car has that part of PARTS."""
@@ -201,7 +198,8 @@ def parse_pins(text: str, file: str) -> PinMap:
     if not wires:
         raise InputError("no-device", file=file, known=", ".join(device.key for device in PARTS))
     duties = _duties(values.get("duties", {}), file)
-    pins = PinMap(values["name"], chip, tuple(wires), **duties, options=tuple(options))
+    sources = tuple(values.get("sources", {}))
+    pins = PinMap(values["name"], chip, tuple(wires), **duties, options=tuple(options), sources=sources)
     _check_pins(pins, file)
     return pins
 

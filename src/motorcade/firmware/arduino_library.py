@@ -10,6 +10,7 @@ from motorcade.config.chips import CHIPS, MOTORS
 from motorcade.config.pins import INPUTS, PinMap, VoiceMap
 from motorcade.config.profile import Profile, levels_of
 from motorcade.errors import InputError
+from motorcade.firmware import firmware_folder
 
 LIBRARY = "Motorcade"
 # The examples whose sketches serve every car: that of a whole one, and of another.
@@ -24,11 +25,8 @@ _LONGEST_PATTERN = 16
 
 
 def library_folder() -> Path:
-    """Return the folder of the library: in the package, or beside the sources of a clone."""
-    packaged = Path(__file__).with_name("arduino")
-    if packaged.is_dir():
-        return packaged
-    return Path(__file__).parents[3] / "firmware" / "arduino"
+    """Return the folder of the library."""
+    return firmware_folder("arduino")
 
 
 def library_files() -> dict[str, bytes]:

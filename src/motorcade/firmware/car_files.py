@@ -17,6 +17,7 @@ from motorcade.config.pins import INPUTS, PARTS, PinMap, VoiceMap
 from motorcade.config.profile import Profile, levels_of
 from motorcade.devices.declaration import Part
 from motorcade.errors import InputError
+from motorcade.firmware import firmware_folder
 from motorcade.imports import PACKAGE, needed_files
 
 MAIN = "main.py"
@@ -35,11 +36,8 @@ _MORE |= {"left_motor.direction", "right_motor.direction"}
 
 
 def templates() -> Path:
-    """Return the folder of main.py and of the pin files: in the package, or beside the sources of a clone."""
-    packaged = Path(__file__).with_name("micropython")
-    if packaged.is_dir():
-        return packaged
-    return PACKAGE.parents[1] / "firmware" / "micropython"
+    """Return the folder of main.py and of the pin files."""
+    return firmware_folder("micropython")
 
 
 def board_files(settings: dict[str, Any]) -> dict[str, bytes]:
