@@ -20,7 +20,7 @@ WEB = Path("web")
 PAGE = Path("src/motorcade/server/page")
 LOCK = Path("requirements.lock")
 LOCALES = Path("src/motorcade/locales")
-FIRMWARES = (Path("firmware/micropython"), Path("firmware/arduino"))
+FIRMWARES = (Path("firmware/micropython"), Path("firmware/arduino"), Path("firmware/cars"))
 # msgspec for the Python in web/package-lock.json's Pyodide; Vite copies its wheel into the page.
 WHEELS = WEB / "node_modules" / ".wheels"
 # It is installed only where all packages are.

@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parent.parent
 LIBRARY = "firmware/arduino"
 PROFILE = "classroom"
 # The examples for ready cars, and their pin files.
-PIN_FILES = {"Uno": "uno.toml", "Mega": "mega.toml"}
+PIN_FILES = {"Uno": "arduino/uno.toml", "Mega": "arduino/mega.toml", "mBot": "cars/mbot.toml"}
 
 
 def arduino_files() -> dict[str, Callable[[], str]]:
@@ -32,7 +32,7 @@ def _properties() -> str:
 
 
 def _settings(example: str) -> str:
-    pins = load_pins(ROOT / LIBRARY / PIN_FILES[example])
+    pins = load_pins(ROOT / "firmware" / PIN_FILES[example])
     return settings_header(pins, built_in_profile(PROFILE))
 
 

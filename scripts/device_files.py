@@ -32,8 +32,9 @@ def device_files() -> dict[str, Callable[[], str]]:
         "src/motorcade/car/senses.py": _senses,
         "src/motorcade/car/board.py": partial(_with_section, "src/motorcade/car/board.py", "#", _board_methods),
         f"{_ARDUINO}MotorcadeBoard.h": partial(_with_section, f"{_ARDUINO}MotorcadeBoard.h", "//", _c_methods),
-        f"{_ARDUINO}MotorcadeArduino.cpp": partial(_with_section, f"{_ARDUINO}MotorcadeArduino.cpp", "//", _c_begin),
-        f"{_ARDUINO}MotorcadeArduino.h": partial(_with_section, f"{_ARDUINO}MotorcadeArduino.h", "//", _c_inputs),
+        f"{_ARDUINO}MotorcadeArduino.h": partial(
+            _with_section, f"{_ARDUINO}MotorcadeArduino.h", "//", _c_begin, _c_inputs
+        ),
         f"{_ARDUINO}MotorcadeSettings.h": partial(_with_section, f"{_ARDUINO}MotorcadeSettings.h", "//", _c_settings),
         f"{_ARDUINO}MotorcadeCar.cpp": partial(_with_section, f"{_ARDUINO}MotorcadeCar.cpp", "//", _c_reading),
     }
@@ -229,17 +230,28 @@ def _c_methods() -> str:
 def _c_inputs() -> str:
     lines = []
     for name, part in READ_BY.items():
-        read = f"read_inputs(settings_.{part.key}, {len(part.roles)})"
-        lines.append(f"  {_C_TYPES[METHODS[name].returns]} {name}() override {{ return {read}; }}")
+        level = "HIGH, 0"
+        if part.active:
+            level = f"CAR.{part.key}_{part.active}, CAR.{part.key}_threshold"
+        lines.append(f"  {_C_TYPES[METHODS[name].returns]} {name}() override {{")
+        reads = [f"read_input(CAR.{part.key}[{place}], {level})" for place in range(len(part.roles))]
+        bits = [reads[0], *(f"{read} << {place}" for place, read in enumerate(reads[1:], start=1))]
+        lines += ["    return " + " |\n           ".join(bits) + ";", "  }"]
     return "\n".join(lines) + "\n"
 
 
 def _c_begin() -> str:
-    return "".join(f"  begin_inputs(settings_.{part.key}, {len(part.roles)});\n" for part in READ_BY.values())
+    pins = [f"CAR.{part.key}[{place}]" for part in READ_BY.values() for place in range(len(part.roles))]
+    return "".join(f"    begin_input({pin}, false);\n" for pin in pins)
 
 
 def _c_settings() -> str:
-    return "".join(f"  uint8_t {part.key}[{len(part.roles)}];\n" for part in READ_BY.values())
+    lines = ""
+    for part in READ_BY.values():
+        lines += f"  uint8_t {part.key}[{len(part.roles)}];\n"
+        if part.active:
+            lines += f"  uint8_t {part.key}_{part.active};\n  uint8_t {part.key}_threshold;\n"
+    return lines
 
 
 def _c_reading() -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from motorcade.boards.wiring import wiring_rows, wiring_svg
 from motorcade.config.pins import PinMap, load_pins
+from motorcade.firmware.shop import shop_cars
 from motorcade.locales import text
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -17,8 +18,10 @@ PIN_FILES = {
     "rp2040": "firmware/micropython/rp2040.toml",
     "arduino-uno": "firmware/arduino/uno.toml",
     "arduino-mega": "firmware/arduino/mega.toml",
+    **{car: f"firmware/cars/{car}.toml" for car in shop_cars()},
 }
-PAGES = {"docs/build-a-car.md": "en", "docs/build-a-car.zh.md": "zh"}
+_WIRED = ("build-a-car", *(f"shop/{car}" for car in shop_cars()))
+PAGES = {f"docs/{page}{suffix}.md": language for page in _WIRED for language, suffix in (("en", ""), ("zh", ".zh"))}
 _WIRING = re.compile(r"(?<=<!-- wiring: )([\w-]+) -->\n.*?(?=<!-- end of wiring -->)", re.DOTALL)
 _SUFFIX = {"en": "", "zh": ".zh"}
 
@@ -40,12 +43,17 @@ def _drawing(car: str, language: str) -> str:
 
 def _table(pins: PinMap, language: str) -> str:
     """Return the rows as a table in Markdown."""
-    heads = [text("command_line", f"column-{key}", {}, language) for key in ("part", "supply", "terminal", "pin")]
-    lines = [tuple(heads), ("---",) * len(heads)]
+    columns = ["part", "supply", "terminal", "pin"]
+    if pins.sources:
+        columns.remove("supply")
+    heads = [text("command_line", f"column-{key}", {}, language) for key in columns]
+    lines = [heads, ["---"] * len(heads)]
     before = ""
     for row in wiring_rows(pins, language):
-        again = row.part == before
-        lines.append(("" if again else row.part, "" if again else row.supply, row.terminal, row.label))
+        shown = {"part": row.part, "supply": row.supply, "terminal": row.terminal, "pin": row.label}
+        if row.part == before:
+            shown |= {"part": "", "supply": ""}
+        lines.append([shown[key] for key in columns])
         before = row.part
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
@@ -56,7 +64,8 @@ def _page(name: str, language: str) -> str:
     def wiring(found: "re.Match[str]") -> str:
         car = found[1]
         pins = load_pins(ROOT / PIN_FILES[car])
-        picture = f"![{pins.name}](wiring/{car}{_SUFFIX[language]}.svg)"
+        up = "../" * (name.count("/") - 1)
+        picture = f"![{pins.name}]({up}wiring/{car}{_SUFFIX[language]}.svg)"
         return f"{car} -->\n\n{picture}\n\n{_table(pins, language)}\n"
 
     return _WIRING.sub(wiring, (ROOT / name).read_text(encoding="utf-8"))

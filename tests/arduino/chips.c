@@ -3,6 +3,7 @@
  * Chips run in slices of SLICE cycles, one after the other. What a chip sends by infrared reaches the others
  * DELAY cycles later, as a demodulating receiver reports it; DELAY is longer than a slice, so the order in which chips
  * run doesn't matter. */
+#include <simavr/avr_adc.h>
 #include <simavr/avr_eeprom.h>
 #include <simavr/avr_ioport.h>
 #include <simavr/avr_uart.h>
@@ -29,6 +30,7 @@ DEFINE_FIFO(uint16_t, uart_fifo);
 #define EEPE_BIT 2
 #define MCUSR_ADDRESS 0x54
 #define EXTERNAL_RESET_BIT 2
+#define SUPPLY_MV 5000
 
 typedef struct {
     uint64_t cycle;
@@ -50,7 +52,7 @@ typedef struct {
     avr_uart_t *uart;
     uint8_t *to_send;
     size_t to_send_count, sent;
-    log_t received, edges, eeprom, light, pins;
+    log_t received, edges, eeprom, light, pins, outputs;
     size_t light_given, pins_given;
     int records_edges;
     uint64_t byte_cycles;
@@ -112,6 +114,12 @@ static void carrier_pin(avr_irq_t *irq, uint32_t value, void *param) {
     if (chip->records_edges) append(&chip->edges, chip->avr->cycle, 0, chip->level);
     if (chip->level && chip->rise_count < sizeof(chip->rises) / sizeof(chip->rises[0]))
         chip->rises[chip->rise_count++] = chip->avr->cycle;
+}
+
+static void output_pin(avr_irq_t *irq, uint32_t value, void *param) {
+    chip_t *chip = param;
+    if (chip->outputs.count && chip->outputs.records[chip->outputs.count - 1].value == (value & 1)) return;
+    append(&chip->outputs, chip->avr->cycle, irq->irq, value & 1);
 }
 
 static avr_cycle_count_t end_of_slice(avr_t *avr, avr_cycle_count_t when, void *param) {
@@ -195,6 +203,7 @@ int world_add(world_t *world, const char *mmcu, const char *elf, const uint8_t *
     avr_init(chip->avr);
     avr_load_firmware(chip->avr, &firmware);
     chip->avr->frequency = FREQUENCY;
+    chip->avr->vcc = chip->avr->avcc = chip->avr->aref = SUPPLY_MV;
     chip->avr->log = LOG_NONE;
     chip->avr->custom.data = (void *)chip;
     chip->avr->sleep = slept;
@@ -221,7 +230,7 @@ int world_add(world_t *world, const char *mmcu, const char *elf, const uint8_t *
 void world_free(world_t *world) {
     for (int i = 0; i < world->count; i++) {
         chip_t *chip = &world->chips[i];
-        log_t *logs[] = {&chip->received, &chip->edges, &chip->eeprom, &chip->light, &chip->pins};
+        log_t *logs[] = {&chip->received, &chip->edges, &chip->eeprom, &chip->light, &chip->pins, &chip->outputs};
         for (size_t j = 0; j < sizeof(logs) / sizeof(logs[0]); j++) free(logs[j]->records);
         free(chip->to_send);
         free(chip->eeprom_before);
@@ -250,6 +259,17 @@ void chip_set_pin(world_t *world, int index, char port, int bit, int level, uint
     int idle = chip->pins_given == chip->pins.count;
     append(&chip->pins, chip->avr->cycle + cycles, port << 8 | bit, level);
     if (idle) avr_cycle_timer_register(chip->avr, cycles ? cycles : 1, next_pin, chip);
+}
+
+/* Log the edges of one output. */
+void chip_watch(world_t *world, int index, char port, int bit) {
+    chip_t *chip = &world->chips[index];
+    avr_irq_register_notify(avr_io_getirq(chip->avr, AVR_IOCTL_IOPORT_GETIRQ(port), bit), output_pin, chip);
+}
+
+/* Set the voltage at an analog input. */
+void chip_set_voltage(world_t *world, int index, int channel, uint32_t millivolts) {
+    avr_raise_irq(avr_io_getirq(world->chips[index].avr, AVR_IOCTL_ADC_GETIRQ, channel), millivolts);
 }
 
 void chip_record_edges(world_t *world, int index, int on) { world->chips[index].records_edges = on; }
@@ -296,7 +316,7 @@ uint64_t chip_number(world_t *world, int index, int what) {
 /* Copy a log's records from `from` on; returns how many there are in all. */
 uint64_t chip_log(world_t *world, int index, int which, uint64_t from, record_t *records, uint64_t most) {
     chip_t *chip = &world->chips[index];
-    log_t *logs[] = {&chip->received, &chip->edges, &chip->eeprom, &chip->light};
+    log_t *logs[] = {&chip->received, &chip->edges, &chip->eeprom, &chip->light, &chip->outputs};
     log_t *log = logs[which];
     for (uint64_t i = 0; i < most && from + i < log->count; i++) records[i] = log->records[from + i];
     return log->count;

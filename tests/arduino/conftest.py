@@ -11,6 +11,7 @@ from scripts import debian
 from motorcade.config.pins import load_pins
 from motorcade.config.profile import built_in_profile
 from motorcade.firmware.arduino_library import library_files, library_folder, sketch_files
+from motorcade.firmware.shop import shop_car
 from support import arduino_build
 from support.arduino_build import MEGA, UNO, ArduinoProgram, Target
 from support.emulated_chips import ChipWorld
@@ -51,6 +52,17 @@ def car_program(compiled: Compiler) -> Callable[..., ArduinoProgram]:
         pins = load_pins(library_folder() / PIN_FILES[target])
         own = sketch_files(pins, built_in_profile("classroom"), is_leader, number=1)
         return compiled("examples/Car", target, {**library_files(), **own, **(extra or {})})
+
+    return compile_car
+
+
+@pytest.fixture(scope="session")
+def shop_program(compiled: Compiler) -> Callable[[str], ArduinoProgram]:
+    """Compiles the sketch for a car from a shop."""
+
+    def compile_car(name: str) -> ArduinoProgram:
+        own = sketch_files(shop_car(name), built_in_profile(name), is_leader=False, number=1)
+        return compiled("examples/Car", UNO, {**library_files(), **own})
 
     return compile_car
 

@@ -25,17 +25,19 @@ class Ram : public motorcade::ByteMemory {
 };
 
 const motorcade::VoicePattern PATTERNS[] = {{"\xAA\x01", 2, 1}, {"go", 2, 2}};
-const motorcade::CarSettings CAR = {
-    {0,   1000, 2000, 3000, 1000, 2000, 3000, 4000, 5000, 6000, 7000, 8000, 100,
-     200, 300,  400,  100,  560,  5,    250,  6,    110,  3520, 2,    10000},
-    115200, 2000, {7, 8, 5}, {9, 10, 6}, {0, 115, 180, 255}, {0, 100, 150, 200}, {14, 15, 16, 17},
-    4, 3, {12}, {18, 13}, 2, 255, 255, 0, PATTERNS, 2,
+const uint32_t LEVELS[] = {0,   1000, 2000, 3000, 1000, 2000, 3000, 4000, 5000, 6000, 7000, 8000, 100,
+                           200, 300,  400,  100,  560,  5,    250,  6,    110,  3520, 2,    10000};
+// One car with parts of all kinds: a motor of each kind, a third one behind the right one, and an analog floor sensor.
+constexpr motorcade::CarSettings CAR = {
+    LEVELS, 115200, 2000, {7, 8, 5, 255, 1}, {255, 255, 6, 9, 0}, {255, 255, 255, 255, 1}, {20, 21, 255, 255, 1}, 22,
+    {0, 115, 180, 255}, {0, 100, 150, 200}, {14, 15, 16, 17}, 255, 1, 4, 3, {12}, {18, 13}, 0, 40, 255, 0, 0, 2, 255,
+    24, 255, 0, PATTERNS, 2,
 };
 
 // An ArduinoBoard whose frames need no pin.
-class ProbeBoard : public motorcade::ArduinoBoard {
+class ProbeBoard : public motorcade::ArduinoBoard<CAR> {
  public:
-  ProbeBoard(bool is_leader, uint32_t number) : ArduinoBoard(CAR, is_leader, number, ram, nullptr) {}
+  ProbeBoard(bool is_leader, uint32_t number) : ArduinoBoard<CAR>(is_leader, number, ram, nullptr) {}
   void send_frame(uint32_t frame) override {
     begin_echo(frame);
   }
@@ -86,6 +88,12 @@ uint16_t room_without_method(void) {
   } line;
   return motorcade::SerialRoom().of(line);
 }
+
+void probe_wheels(Probe *probe, uint8_t direction, uint8_t level) { probe->board.set_wheels(direction, level); }
+uint8_t probe_floor(Probe *probe) { return probe->board.dark_floor(); }
+void set_pin(uint8_t pin, uint8_t level) { mock_pins[pin] = level; }
+uint8_t level_at(uint8_t pin) { return mock_pins[pin]; }
+uint8_t duty_at(uint8_t pin) { return mock_duties[pin]; }
 
 void probe_tick(Probe *probe) { probe->car.tick(); }
 void probe_come(const uint8_t *data, uint32_t count) { Serial.come(data, count); }

@@ -20,7 +20,15 @@ VOICE = VoiceMap(9600, ((b"\xaa\x01", VOICE_STOP), (b"\xaa\x02", VOICE_GO)))
 
 @pytest.mark.parametrize(
     ("example", "target"),
-    [("Uno", UNO), ("Mega", MEGA), ("AnyBoard", UNO), ("AnyBoard", MEGA), ("OwnBoard", UNO), ("SetNumber", UNO)],
+    [
+        ("Uno", UNO),
+        ("Mega", MEGA),
+        ("mBot", UNO),
+        ("AnyBoard", UNO),
+        ("AnyBoard", MEGA),
+        ("OwnBoard", UNO),
+        ("SetNumber", UNO),
+    ],
 )
 def test_an_example_compiles_for_its_board(compiled, example, target) -> None:
     program = compiled(f"examples/{example}", target)

@@ -251,6 +251,31 @@ def test_the_number_of_the_memory_counts_before_the_one_of_the_sketch(plain) -> 
     again.close()
 
 
+def test_each_kind_of_motor_turns_as_it_should(plain) -> None:
+    """An L298 at 7, 8, 5; one with a direction, low for forward, at 9, 6; one that is pulsed at 20, 21."""
+    probe = Probe(plain)
+    assert plain.level_at(22) == 1  # the driver is awake
+    for direction, level, left, right in ((0, 3, 1, 1), (1, 2, -1, 1), (2, 1, 1, -1), (0, 0, 0, 0)):
+        plain.probe_wheels(probe.probe, direction, level)
+        duty = ((0, 115, 180, 255) if direction == 0 else (0, 100, 150, 200))[level]
+        assert (plain.level_at(7), plain.level_at(8), plain.duty_at(5)) == (left > 0, left < 0, duty)
+        assert plain.duty_at(6) == duty
+        if duty:
+            assert plain.level_at(9) == (right < 0)
+        assert (plain.duty_at(20), plain.duty_at(21)) == ((duty, 0) if right > 0 else (0, duty))
+    probe.close()
+
+
+def test_an_analog_floor_sensor_is_dark_below_its_threshold(plain) -> None:
+    """Which is 40% of 1023; a pin of the mock has a quarter of that."""
+    probe = Probe(plain)
+    for left, right, dark in ((0, 0, 3), (102, 103, 1), (103, 0, 2)):
+        plain.set_pin(18, left)
+        plain.set_pin(13, right)
+        assert plain.probe_floor(probe.probe) == dark
+    probe.close()
+
+
 @pytest.mark.parametrize("rounds", [1, 2, 255, 256, 257, 258])
 def test_the_newer_of_two_images_counts_also_where_generations_wrap(plain, rounds) -> None:
     probe = Probe(plain, is_leader=True)

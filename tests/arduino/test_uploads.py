@@ -131,7 +131,7 @@ def test_a_program_that_hangs_is_restarted_by_the_watchdog(world, car_program) -
     hangs = """
 #include <Motorcade.h>
 #include "car.h"
-motorcade::AvrBoard board(CAR, true, 1);
+motorcade::AvrBoard<CAR> board(true, 1);
 motorcade::Car car(board);
 void setup() { board.begin(motorcade::MOST_WORDS); car.begin(); Serial.write('!'); }
 void loop() {

@@ -185,7 +185,7 @@ def test_a_profile_that_was_asked_for_and_is_not_there_gets_one_sentence(tmp_pat
     (tmp_path / "it.image").write_bytes(bytes(4))
     for command in ("decompile", "inspect", "simulate"):
         said = refusal(2, command, tmp_path / "it.image", "--profile", "racer")
-        assert said == "there is no profile 'racer'; built in: classroom, e-puck"
+        assert said.startswith("there is no profile 'racer'; built in: classroom, e-puck, ")
 
 
 @pytest.mark.parametrize("typed", ["compile", "decompile", "inspect", "simulate", "upload --port no-such-port"])

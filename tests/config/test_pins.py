@@ -14,7 +14,9 @@ from support.command_line import run
 
 FIRMWARE = Path(__file__).parents[2] / "firmware"
 SHIPPED = sorted(
-    [*FIRMWARE.glob("linux/*pins.toml"), *FIRMWARE.glob("micropython/*.toml"), *FIRMWARE.glob("arduino/*.toml")]
+    file
+    for folder in ("linux/*pins", "micropython/*", "arduino/*", "cars/*")
+    for file in FIRMWARE.glob(f"{folder}.toml")
 )
 HEAD = 'format = "motorcade-pins/1"\nname = "Car"\nchip = "{}"\n'
 PI, ESP32, RP2040, UNO, MEGA = (
@@ -36,6 +38,17 @@ def test_a_pin_file_says_what_is_where():
     assert (pins.pin("left_motor", "backward"), pins.pin("left_motor", "enable")) == (6, None)
     assert (pins.drive_duties, pins.turn_duties) == ((0, 85, 170, 255), (0, 1, 2, 3))
     assert motor_pins(pins) == [5, 6]
+    # What is printed on a board is as good as a number, in capitals or not.
+    for chip, name, pin in (
+        (PI, "GPIO25", 25),
+        (RP2040, "GP5", 5),
+        (ESP32, "io23", 23),
+        (UNO, "D5", 5),
+        (UNO, "a0", 14),
+    ):
+        assert parse_pins(chip + PIR.format(f'"{name}"'), "car.toml").pin("pir", "output") == pin
+    pins = parse_pins(UNO + "[floor]\nleft = 'A0'\nright = 'A1'\ndark = 'low'\nthreshold = 40\n", "car.toml")
+    assert (pins.level("floor", "dark"), pins.threshold_percent("floor"), pins.option("pixels", "count")) == (0, 40, 1)
     # This pin only reads.
     assert parse_pins(ESP32 + PIR.format(34), "car.toml").pin("pir", "output") == 34
 
@@ -45,9 +58,34 @@ def test_a_pin_file_says_what_is_where():
     [
         (PI.replace("pins/1", "pins/9") + PIR.format(4), 'format is "motorcade-pins/9"; allowed: "motorcade-pins/1"'),
         (UNO + PIR.format(1), "GPIO1 of Arduino Uno.* is the USB line's"),
-        (UNO + "[infrared]\nsender = 3\n", r"infrared.sender is 3, but on Arduino Uno.* this wire can only be at D11"),
-        (UNO + "[ultrasonic]\ntrigger = 4\necho = 5\n", "this wire can only be at D2, D3"),
-        (UNO + "[voice]\nreceive = 5\n", "this wire can only be at A0, A1, A2, A3, A4, A5"),
+        (
+            UNO + "[infrared]\nsender = 5\n",
+            r"infrared.sender is D5, but on Arduino Uno.* this wire can only be at D11, D3",
+        ),
+        (MEGA + "[ultrasonic]\ntrigger = 4\necho = 5\n", "this wire can only be at D2, D3, D18, D19, D20, D21"),
+        (
+            UNO + "[infrared]\nreceiver = 'A9'\n",
+            r'infrared.receiver is "A9", but Arduino Uno.* has no such pin; it has D2, ',
+        ),
+        (
+            RP2040 + PIR.format("'D5'"),
+            'pir.output is "D5", but Raspberry Pi Pico .* has no such pin; it has 0-22, 26-28',
+        ),
+        (UNO + PIR.format("'A7'"), "pir.output is A7, and this pin of Arduino Uno.* only measures a voltage"),
+        (RP2040 + "[floor]\nleft = 2\nright = 26\nthreshold = 40\n", "can only be at GPIO26 .*: these pins measure"),
+        (
+            UNO + "[left_motor]\ndirection = 4\nforward = 7\nenable = 5\n",
+            r"\[left_motor\] has direction, enable, forward, ",
+        ),
+        (UNO + "[left_motor]\ndirection = 4\n", "left_motor.enable is missing"),
+        (
+            UNO + "[ultrasonic]\nsignal = 4\necho = 5\n",
+            "don't belong together; it has one of these: trigger, echo / sig",
+        ),
+        (PI + "[pixels]\nsignal = 4\n", "a car with the chip Raspberry Pi can't have pixels.signal; leave it out"),
+        (UNO + "[servo]\nsignal = 4\n", "can't have servo.signal"),
+        (UNO + "[pixels]\nsignal = 4\ncount = 99\n", "pixels.count is 99"),
+        (UNO + "[floor]\nleft = 4\nright = 7\ndark = 'black'\n", 'floor.dark is "black"; allowed: "high", "low"'),
         (MEGA + "[infrared]\nsender = 11\n", "this wire can only be at D10"),
         (PI, "no device is connected; devices are left_motor"),
         (PI + "[leds]\n", r"\[leds\] names no pin; known are led_0, led_1, led_2, led_3"),
@@ -56,7 +94,7 @@ def test_a_pin_file_says_what_is_where():
         (PI + PIR.format(0), "GPIO0 of Raspberry Pi is for the memory of add-on boards; choose another pin"),
         (ESP32 + PIR.format(6), "GPIO6 of ESP32 leads to the flash memory"),
         (ESP32 + PIR.format(20), "ESP32 has no such pin; it has 0, 2, 4-5, 12-19, 21-23, 25-27, 32-39"),
-        (ESP32 + "[servo]\nsignal = 34\n", "GPIO34 of ESP32 only reads, and this wire has to be driven"),
+        (ESP32 + "[pixels]\nsignal = 34\n", "GPIO34 of ESP32 only reads, and this wire has to be driven"),
         (RP2040 + PIR.format(25), "GPIO25 of .* is the board's own LED"),
         (
             PI + PIR.format(17) + "[leds]\nled_0 = 4\nled_3 = 17\n",
@@ -85,7 +123,7 @@ def test_a_pin_file_that_is_not_there_is_named(tmp_path):
 def test_each_wire_is_a_row_of_the_table_and_a_line_of_the_drawing(path, language):
     pins = load_pins(path)
     rows = wiring_rows(pins, language)
-    assert {wire.role.key for wire in pins.wires} >= {"forward", "backward"}
+    assert {wire.role.key for wire in pins.wires} & {"forward", "direction"}
     assert [row.pin for row in rows] == [wire.pin for wire in pins.wires]
     svg = ElementTree.fromstring(wiring_svg(pins, language))
     assert len(svg.findall("{*}path")) == len(rows)

@@ -66,12 +66,12 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
 def test_each_setting_comes_from_the_files_of_the_builder() -> None:
     text = header(UNO + "[voice]\nreceive = 19\n", VOICE)
     found = {name: value for value, name in re.findall(r"^    (.*),  // (\w+)$", text, re.MULTILINE)}
-    assert found["left_motor"] == "{7, 8, 5}"
+    assert found["left_motor"] == "{7, 8, 5, NO_PIN, 1}"
     assert found["infrared_sender"] == "11"
     assert found["voice"] == "19"
     assert found["voice_baud"] == "9600"
     assert found["voice_pattern_count"] == "2"
-    assert f"{{{', '.join(map(str, CLASSROOM.durations_ms))}, " in found["levels"] + ", "
+    assert f"LEVELS[] = {{{', '.join(map(str, CLASSROOM.durations_ms))}, " in text
     # Octal escapes, since a hexadecimal one would swallow a digit behind it.
     assert r'{"\252\001", 2, 1},' in text
     assert r'{"\042\147\157\134", 4, 2},' in text
@@ -109,7 +109,7 @@ def test_a_car_of_each_chip_that_the_library_runs_on_gets_its_sketch(tmp_path: P
     assert "sends no infrared" in done.err
     folder = tmp_path / "Motorcade" / "examples" / "Car"
     sketch = (folder / "Car.ino").read_text(encoding="utf-8")
-    assert "motorcade::ArduinoBoard board(" in sketch
+    assert "motorcade::ArduinoBoard<CAR> board(" in sketch
     assert "const bool LEADS = true;" in sketch
     assert "const uint32_t NUMBER = 3;" in sketch
     assert f"#if !defined({macro})\n#error" in (folder / "car.h").read_text(encoding="utf-8")
@@ -126,6 +126,8 @@ def test_the_example_for_any_board_drives_no_pin() -> None:
     text = (library_folder() / "examples" / "AnyBoard" / "car.h").read_text(encoding="utf-8")
     found = {name: value for value, name in re.findall(r"^    (.*),  // (\w+)$", text, re.MULTILINE)}
     numbers = ("levels", "baud", "range_mm", "drive_duties", "turn_duties", "voice_baud", "voice_pattern_count")
-    pins = {name: value for name, value in found.items() if name not in (*numbers, "voice_patterns")}
-    assert len(pins) == 10
-    assert all(re.fullmatch(r"{?NO_PIN(, NO_PIN)*}?", value) for value in pins.values())
+    numbers += ("pixel_count", "floor_dark", "floor_threshold", "button_pressed", "button_threshold", "voice_patterns")
+    pins = {name: value for name, value in found.items() if name not in numbers}
+    assert len(pins) == 16
+    # The last one of a motor is a level.
+    assert all(re.fullmatch(r"{?NO_PIN(, NO_PIN)*(, 1)?}?", value) for value in pins.values())

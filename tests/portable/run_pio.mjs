@@ -18,7 +18,7 @@ words.forEach((word, at) => pio.writeUint32(INSTR_MEM0 + 4 * at, word));
 pio.writeUint32(SM0_EXECCTRL, (wrap << 12) | (wrap_target << 7));
 // Words are shifted out to the left, and nothing is pulled by itself.
 pio.writeUint32(SM0_SHIFTCTRL, 0);
-pio.writeUint32(SM0_PINCTRL, (1 << 26) | (pin << 5));
+pio.writeUint32(SM0_PINCTRL, (1 << 26) | (1 << 20) | (pin << 5) | pin);
 
 /** Put a word and run until the program waits for the next one; gives the edges. */
 function run(word) {

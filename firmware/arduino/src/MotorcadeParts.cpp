@@ -1,71 +1,21 @@
 #include "MotorcadeParts.h"
 
-#include <Arduino.h>
-
-#include "MotorcadeBoard.h"
-
 namespace motorcade {
 
 namespace {
 
-const uint8_t FORWARD = 0;
-const uint8_t LEFT = 1;
-const uint8_t RIGHT = 2;
 // All echoes of a ping have faded after this time, also where no obstacle is near.
 const uint8_t PING_EVERY_MS = 60;
 // An older distance is no longer true for a moving car.
 const uint8_t STALE_MS = 3 * PING_EVERY_MS;
 // Sound travels 343 m/s at 20 °C, there and back.
 const uint16_t MM_PER_2000_US = 343;
-
-void begin_motor(const MotorPins &pins) {
-  const uint8_t all[] = {pins.forward, pins.backward, pins.enable};
-  for (uint8_t pin : all) {
-    if (pin == NO_PIN) continue;
-    pinMode(pin, OUTPUT);
-    digitalWrite(pin, LOW);
-  }
-}
-
-// Turn forward with `duty` 1 to 255 of full power, backward with -1 to -255; with 0 the motor coasts.
-void drive_motor(const MotorPins &pins, int16_t duty) {
-  if (pins.forward == NO_PIN) return;
-  const uint8_t share = duty < 0 ? -duty : duty;
-  if (pins.enable == NO_PIN) {
-    analogWrite(pins.forward, duty > 0 ? share : 0);
-    analogWrite(pins.backward, duty < 0 ? share : 0);
-    return;
-  }
-  // Never both at once, and no power while they change.
-  analogWrite(pins.enable, 0);
-  digitalWrite(pins.forward, LOW);
-  digitalWrite(pins.backward, LOW);
-  if (duty > 0) digitalWrite(pins.forward, HIGH);
-  if (duty < 0) digitalWrite(pins.backward, HIGH);
-  analogWrite(pins.enable, share);
-}
+// No sensor measures less; a shorter pulse is the ping itself, where trigger and echo are one wire.
+const uint8_t SHORTEST_ECHO_US = 100;
 
 }  // namespace
 
-void Wheels::begin() {
-  begin_motor(settings_.left_motor);
-  begin_motor(settings_.right_motor);
-}
-
-void Wheels::set(uint8_t direction, uint8_t speed_level) {
-  const int16_t duty = (direction == FORWARD ? settings_.drive_duties : settings_.turn_duties)[speed_level & 3];
-  drive_motor(settings_.left_motor, direction == LEFT ? -duty : duty);
-  drive_motor(settings_.right_motor, direction == RIGHT ? -duty : duty);
-}
-
-void Ultrasonic::begin() {
-  if (trigger_ == NO_PIN) return;
-  pinMode(trigger_, OUTPUT);
-  digitalWrite(trigger_, LOW);
-  pinMode(echo_, INPUT);
-}
-
-void Ultrasonic::take_edge(uint32_t at_us, bool level) {
+void EchoTimer::take_edge(uint32_t at_us, bool level) {
   if (level) {
     rose_us_ = at_us;
     is_rising_ = true;
@@ -73,13 +23,11 @@ void Ultrasonic::take_edge(uint32_t at_us, bool level) {
     is_rising_ = false;
     const uint32_t width_us = at_us - rose_us_;
     // The sensor holds the line for 38 ms where it finds nothing.
-    width_us_ = width_us == 0 ? 1 : width_us > 0xFFFF ? 0xFFFF : width_us;
+    if (width_us >= SHORTEST_ECHO_US) width_us_ = width_us > 0xFFFF ? 0xFFFF : width_us;
   }
 }
 
-uint32_t Ultrasonic::distance_mm() {
-  if (trigger_ == NO_PIN) return NOTHING_IN_SIGHT_MM;
-  const uint32_t now_ms = millis();
+uint32_t EchoTimer::distance_mm(uint32_t now_ms, uint16_t range_mm, bool &is_due) {
   const uint32_t waited_ms = now_ms - pinged_ms_;
   noInterrupts();
   const uint16_t width_us = width_us_;
@@ -87,23 +35,17 @@ uint32_t Ultrasonic::distance_mm() {
   interrupts();
   if (width_us) {
     const uint32_t distance_mm = static_cast<uint32_t>(width_us) * MM_PER_2000_US / 2000;
-    distance_mm_ = distance_mm <= range_mm_ ? distance_mm : NOTHING_IN_SIGHT_MM;
+    distance_mm_ = distance_mm <= range_mm ? distance_mm : NOTHING_IN_SIGHT_MM;
     has_answer_ = true;
   }
-  if (!has_pinged_ || waited_ms >= PING_EVERY_MS) {
+  is_due = !has_pinged_ || waited_ms >= PING_EVERY_MS;
+  if (is_due) {
     if (!has_answer_ || waited_ms >= STALE_MS) distance_mm_ = NOTHING_IN_SIGHT_MM;
-    ping(now_ms);
+    has_pinged_ = true;
+    pinged_ms_ = now_ms;
+    has_answer_ = false;
   }
   return distance_mm_;
-}
-
-void Ultrasonic::ping(uint32_t now_ms) {
-  has_pinged_ = true;
-  pinged_ms_ = now_ms;
-  has_answer_ = false;
-  digitalWrite(trigger_, HIGH);
-  delayMicroseconds(10);
-  digitalWrite(trigger_, LOW);
 }
 
 uint8_t VoicePatterns::take(uint8_t byte) {

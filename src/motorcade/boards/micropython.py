@@ -61,7 +61,8 @@ class MicroPythonBoard(Board):
         pins = settings["pins"]
         self._wheels: MotorPair | None = None
         if "left_motor" in pins and "right_motor" in pins:
-            left, right = [Motor(machine, pins[key]) for key in ("left_motor", "right_motor")]
+            left = Motor(machine, pins["left_motor"])
+            right = Motor(machine, pins["right_motor"])
             self._wheels = MotorPair(left, right, settings["drive_duties"], settings["turn_duties"])
         # LEDs 0 to 3, None for each that isn't there.
         self._leds: list[Any] = []

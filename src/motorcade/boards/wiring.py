@@ -1,5 +1,6 @@
 """The wiring of a car, for its builders: the rows of a table and a drawing, both made from its pin file."""
 
+from itertools import groupby
 from typing import NamedTuple
 from xml.sax.saxutils import escape
 
@@ -28,36 +29,38 @@ class WiringRow(NamedTuple):
 
 
 def wiring_rows(pins: PinMap, language: str) -> list[WiringRow]:
-    """Return a row for each wire."""
-    return [
-        WiringRow(
-            wire.title.sentence(language),
-            wire.terminal(pins.chip),
-            wire.pin,
-            pins.chip.label(wire.pin),
-            wire.supply(pins.chip),
-        )
-        for wire in pins.wires
-    ]
+    """Return a row for each wire. A car from a shop is wired already: it has what its wires do, and no supplies."""
+    rows = []
+    for wire in pins.wires:
+        part = Phrase(f"device-{wire.device.key}")
+        terminal = wire.terminal(pins.chip)
+        supply = wire.supply(pins.chip)
+        if pins.sources:
+            part = Phrase(f"shop-device-{wire.device.key}")
+            terminal = Phrase(f"wire-{wire.role.key}").sentence(language)
+            supply = ""
+        label = pins.chip.label(wire.pin)
+        rows.append(WiringRow(part.sentence(language), terminal, wire.pin, label, supply))
+    return rows
 
 
 def wiring_svg(pins: PinMap, language: str) -> str:
     """Return the wires as an SVG drawing: the computer's pins on the left, the parts on the right."""
     drawn: list[str] = []
     top = _MARGIN + _HEADING
-    devices = list(dict.fromkeys(wire.device for wire in pins.wires))
-    for number, device in enumerate(devices):
-        rows = [wire for wire in pins.wires if wire.device is device]
+    parts = groupby(wiring_rows(pins, language), key=lambda row: row.part)
+    for number, (part, wired) in enumerate(parts):
+        rows = list(wired)
         colour = _COLOURS[number % len(_COLOURS)]
         height = _ROW * (len(rows) + 1) + 6
         drawn.append(_box(_DEVICE_LEFT, top, _DEVICE_RIGHT, height, colour))
-        drawn.append(_text(_DEVICE_LEFT + 12, top + 18, Phrase(f"device-{device.key}").sentence(language), "bold"))
-        drawn.append(_text(_DEVICE_RIGHT - 12, top + 18, rows[0].supply(pins.chip), "end"))
-        for place, wire in enumerate(rows, start=1):
+        drawn.append(_text(_DEVICE_LEFT + 12, top + 18, part, "bold"))
+        drawn.append(_text(_DEVICE_RIGHT - 12, top + 18, rows[0].supply, "end"))
+        for place, row in enumerate(rows, start=1):
             y = top + _ROW * place + 12
             drawn.append(_wire(y, colour))
-            drawn.append(_text(_COMPUTER_RIGHT - 12, y + 5, pins.chip.label(wire.pin), "end"))
-            drawn.append(_text(_DEVICE_LEFT + 12, y + 5, wire.terminal(pins.chip), ""))
+            drawn.append(_text(_COMPUTER_RIGHT - 12, y + 5, row.label, "end"))
+            drawn.append(_text(_DEVICE_LEFT + 12, y + 5, row.terminal, ""))
         top += height + _GAP
     height = top + _MARGIN - _GAP
     title = escape(f"{pins.name}: {pins.chip.title}")

@@ -13,6 +13,7 @@ import typer
 from motorcade import __version__
 from motorcade.cli import options
 from motorcade.cli.output import (
+    Rows,
     is_shown_on_terminal,
     plain,
     print_lines,
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 
 # The names in MICROPYTHON of `motorcade.config.chips`, which a command line's start doesn't wait for.
 ChipName = Literal["esp32", "rp2040", "rp2350"]
+
+ShopCar = Annotated[str, typer.Option("--car", metavar="CAR")]
 
 app = typer.Typer()
 cars_app = typer.Typer()
@@ -142,6 +145,7 @@ def _readback(
 def _install_firmware(
     port: options.PortOption = "",
     role: options.RoleName = "leader",
+    car: ShopCar = "",
     pins: options.OptionalFile = None,
     number: Annotated[int | None, typer.Option(min=0, max=(1 << 32) - 1)] = None,
     voice_map: options.OptionalFile = None,
@@ -152,10 +156,11 @@ def _install_firmware(
     revoked: options.OptionalFile = None,
     check: Annotated[bool, typer.Option("--check")] = False,
     dry_run: options.DryRun = False,
-    profile: str = "classroom",
+    profile: str = "",
     as_json: options.Json = False,
 ) -> None:
-    chosen = options.profile_named(profile)
+    wired = _wired(car, pins)
+    chosen = options.profile_named(profile or car or "classroom")
     if (keys or insecure_lan) and not wifi:
         raise MotorcadeError("keys-without-wifi")
     wanted: dict[str, Any] = {"version": __version__}
@@ -181,9 +186,6 @@ def _install_firmware(
         from motorcade.config.chips import MICROPYTHON
         from motorcade.firmware.install import car_files, default_pins, install
         from motorcade.upload.serial_port import likely_port, ports
-    wired = None
-    if pins:
-        wired = options.pins_at(pins)
     if dry_run:
         if not wired and not chip:
             raise MotorcadeError("chip-missing")
@@ -209,23 +211,25 @@ def _install_firmware(
 @app.command("arduino-library")
 def _arduino_library(
     output: options.Output,
+    car: ShopCar = "",
     pins: options.OptionalFile = None,
     role: options.RoleName = "leader",
     number: options.NumberOption = 1,
     voice_map: options.OptionalFile = None,
-    profile: str = "classroom",
+    profile: str = "",
     as_json: options.Json = False,
 ) -> None:
     from motorcade.config.pins import load_voice_map
     from motorcade.firmware.arduino_library import OWN_SKETCH, library_files, sketch_files, write_library
 
     files = library_files()
-    if pins:
+    wired = _wired(car, pins)
+    if wired:
         voice = None
         if voice_map:
             voice = load_voice_map(voice_map)
-        wired = options.pins_at(pins)
-        files |= sketch_files(wired, options.profile_named(profile), role == "leader", number, voice)
+        chosen = options.profile_named(profile or car or "classroom")
+        files |= sketch_files(wired, chosen, role == "leader", number, voice)
         if not wired.chip.is_whole_arduino and wired.pin("infrared", "sender") is not None:
             print_note(translated("arduino-sends-no-infrared", car=wired.name, chip=wired.chip.title))
     try:
@@ -233,10 +237,22 @@ def _arduino_library(
     except OSError as problem:
         raise MotorcadeError("file-not-writable", file=output, reason=problem) from None
     data = {"output": str(output), "files": sorted(files), "bytes": sum(map(len, files.values()))}
-    sketch = "Uno / Mega"
-    if pins:
+    sketch = "Uno / Mega / mBot"
+    if wired:
         sketch = OWN_SKETCH
     print_result(data, translated("library-written", output=output, files=len(files), sketch=sketch), as_json)
+
+
+def _wired(car: str, pins: Path | None) -> "PinMap | None":
+    """Return the pins of a car from a shop, or those in a file; None where neither is named."""
+    from motorcade.firmware.shop import shop_car
+
+    options.exclude_each_other(car=car, pins=pins)
+    if car:
+        return shop_car(car)
+    if pins:
+        return options.pins_at(pins)
+    return None
 
 
 @cars_app.callback(invoke_without_command=True)
@@ -292,6 +308,21 @@ def _name(
     check_name(name)
     asyncio.run(act(options.Lookup(car_list, keys, seconds), [port], NAME, name))
     print_lines([translated("car-named", port=port, name=name)])
+
+
+@cars_app.command("shop")
+def _shop(as_json: options.Json = False) -> None:
+    from motorcade.firmware.shop import described, shop_cars
+
+    cars = [described(name) for name in shop_cars()]
+    rows = []
+    for car in cars:
+        can = ", ".join(translated(f"shop-car-{ability}") for ability in car["can"])
+        rows.append((car["name"], car["title"], car["chip"], can))
+    print_result(cars, Rows(("name", "car", "board", "can"), rows), as_json)
+    for car in cars:
+        if car["unconfirmed"]:
+            print_note(translated("shop-car-unconfirmed", car=car["title"], parts=", ".join(car["unconfirmed"])))
 
 
 def _ordering(kind: str) -> Callable[..., None]:

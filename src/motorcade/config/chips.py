@@ -46,7 +46,10 @@ class Chip(NamedTuple):
         taken: pins that the computer needs for itself, each with the reason.
         only: for wires that not every pin can serve, such as ``infrared.sender``, the pins that can.
         cautions: pins that a car may use, but that do something at power-on or carry a load.
+        lacks: parts, or wires of parts, that its cars can't have.
+        analog: the pins whose voltage it can measure; of them ``analog_only`` can do nothing else.
         names: what is printed at a pin, where that isn't GPIO and its number.
+        prefixes: what stands before the number of a pin otherwise; pin files may have the number alone, too.
         has_5_v_pins: whether its pins give and take 5 V; otherwise 3.3 V.
         runs_linux: whether Motorcade itself runs on it.
         micropython: the boards with it, or with a chip that has the same pins, whose MicroPython runs a car.
@@ -66,7 +69,11 @@ class Chip(NamedTuple):
     taken: Mapping[int, Phrase] = MappingProxyType({})
     only: Mapping[str, tuple[int, ...]] = MappingProxyType({})
     cautions: Mapping[int, tuple[Caution, ...]] = MappingProxyType({})
+    lacks: frozenset[str] = frozenset()
+    analog: tuple[int, ...] = ()
+    analog_only: frozenset[int] = frozenset()
     names: Mapping[int, str] = MappingProxyType({})
+    prefixes: tuple[str, ...] = ("GPIO",)
     has_5_v_pins: bool = False
     runs_linux: bool = False
     micropython: tuple[Firmware, ...] = ()
@@ -84,6 +91,16 @@ class Chip(NamedTuple):
         place = self.header[pin]
         return f"GPIO{pin} ({place})" if place else f"GPIO{pin}"
 
+    def pin_named(self, name: str) -> int | None:
+        """Return the pin where ``name`` is printed on the board, such as ``A0`` or ``GP5``; None where none is."""
+        for pin in (*self.header, *self.taken):
+            printed = [f"{prefix}{pin}" for prefix in self.prefixes]
+            if pin in self.names:
+                printed = [self.names[pin]]
+            if name.upper() in printed:
+                return pin
+        return None
+
 
 _RASPBERRY_PI_ORDER = (
     *((2, 3), (3, 5), (4, 7), (14, 8), (15, 10), (17, 11), (18, 12), (27, 13), (22, 15), (23, 16), (24, 18), (10, 19)),
@@ -100,8 +117,9 @@ _MAX_LINES = 512
 _ESP32_USABLE = (0, 2, 4, 5, *range(12, 20), *range(21, 24), *range(25, 28), *range(32, 40))
 
 # An Arduino's analog pins follow its digital ones; pins 0 and 1 are the USB port's serial line.
-_UNO_PINS, _MEGA_PINS = range(2, 20), range(2, 70)
+_UNO_PINS, _MEGA_PINS = range(2, 22), range(2, 70)
 _MEGA_PWM = (*range(2, 9), 13, 44, 45, 46)
+_MEGA_INTERRUPTS = (2, 3, *range(18, 22))
 _UNO_NAMES = {pin: f"D{pin}" if pin < 14 else f"A{pin - 14}" for pin in _UNO_PINS}
 _MEGA_NAMES = {pin: f"D{pin}" if pin < 54 else f"A{pin - 54}" for pin in _MEGA_PINS}
 
@@ -126,18 +144,20 @@ _PI_CAUTIONS = {
 _ARDUINO_CAUTIONS = {13: (Caution(Phrase("pin-with-led"), "read"), Caution(Phrase("pin-blinks"), "act"))}
 
 
-def _only(
-    pwm: tuple[int, ...], interrupts: tuple[int, ...], sender: int, voice: tuple[int, ...]
-) -> dict[str, tuple[int, ...]]:
+# Those of a car with two or four wheels.
+MOTORS = ("left_motor", "right_motor", "left_rear_motor", "right_rear_motor")
+# What only boards without an operating system drive.
+_OF_CHIPS = frozenset(
+    {"pixels", "button", "motor_driver", *MOTORS[2:], "ultrasonic.signal"}
+    | {f"{motor}.direction" for motor in (*MOTORS[:2], "drive_motor")}
+)
+# What only cars that somebody drives over a network have.
+_OF_DRIVERS = frozenset({"servo", "drive_motor", "head_light"})
+
+
+def _only(pwm: tuple[int, ...], sender: tuple[int, ...], **more: tuple[int, ...]) -> dict[str, tuple[int, ...]]:
     """The wires of an Arduino that not every pin can serve."""
-    return {
-        "left_motor.enable": pwm,
-        "right_motor.enable": pwm,
-        "ultrasonic.echo": interrupts,
-        "infrared.receiver": interrupts,
-        "infrared.sender": (sender,),
-        "voice.receive": voice,
-    }
+    return {f"{motor}.enable": pwm for motor in MOTORS} | {"infrared.sender": sender} | more
 
 
 CHIPS = (
@@ -147,6 +167,7 @@ CHIPS = (
         dict(_RASPBERRY_PI_ORDER),
         taken={0: _MEMORY, 1: _MEMORY},
         cautions=_PI_CAUTIONS,
+        lacks=_OF_CHIPS,
         runs_linux=True,
     ),
     Chip(
@@ -159,6 +180,9 @@ CHIPS = (
             25: Phrase("pin-of-board-led"),
             29: Phrase("pin-of-supply-measure"),
         },
+        lacks=_OF_DRIVERS,
+        analog=(26, 27, 28),
+        prefixes=("GPIO", "GP"),
         micropython=(
             Firmware("rp2350", "Raspberry Pi Pico 2", "rp2", "RP2350"),
             Firmware("rp2040", "Raspberry Pi Pico", "rp2"),
@@ -172,19 +196,28 @@ CHIPS = (
         frozenset(range(34, 40)),
         {**dict.fromkeys(range(6, 12), _FLASH), 1: _USB, 3: _USB},
         cautions=_ESP32_CAUTIONS,
+        lacks=_OF_DRIVERS,
+        # Its other converter belongs to the Wi-Fi.
+        analog=tuple(range(32, 40)),
+        prefixes=("GPIO", "IO"),
         micropython=(Firmware("esp32", "ESP32", "esp32"),),
         has_wifi=True,
         uarts={"serial": 1, "voice": 2},
         sends_at={"voice": 17},
         arduino=("CONFIG_IDF_TARGET_ESP32",),
     ),
-    # Infrared leaves at timer 2's output, and timers 1 and 2 drive no motors then. Receivers need an interrupt each.
+    # Infrared leaves at an output of timer 2, and timers 1 and 2 drive no motors then. On a Mega receivers need an
+    # interrupt each, and the voice module a UART.
     Chip(
         "arduino-uno",
         "Arduino Uno or Nano",
         dict.fromkeys(_UNO_PINS, 0),
         taken={0: _USB, 1: _USB},
-        only=_only(pwm=(5, 6), interrupts=(2, 3), sender=11, voice=tuple(range(14, 20))),
+        only=_only(pwm=(5, 6), sender=(11, 3)),
+        lacks=_OF_DRIVERS,
+        analog=tuple(range(14, 22)),
+        # A Nano has them, and other boards with this chip.
+        analog_only=frozenset((20, 21)),
         cautions=_ARDUINO_CAUTIONS,
         names=_UNO_NAMES,
         has_5_v_pins=True,
@@ -197,14 +230,27 @@ CHIPS = (
         "Arduino Mega 2560",
         dict.fromkeys(_MEGA_PINS, 0),
         taken={0: _USB, 1: _USB},
-        only=_only(pwm=_MEGA_PWM, interrupts=(2, 3, 18, 19, 20, 21), sender=10, voice=(19,)),
+        only=_only(
+            pwm=_MEGA_PWM,
+            sender=(10,),
+            **dict.fromkeys(("ultrasonic.echo", "ultrasonic.signal", "infrared.receiver"), _MEGA_INTERRUPTS),
+            **{"voice.receive": (19,)},
+        ),
+        lacks=_OF_DRIVERS,
+        analog=tuple(range(54, 70)),
         cautions=_ARDUINO_CAUTIONS,
         names=_MEGA_NAMES,
         has_5_v_pins=True,
         arduino=("__AVR_ATmega2560__", "__AVR_ATmega1280__"),
         is_whole_arduino=True,
     ),
-    Chip("linux", "another computer with Linux", dict.fromkeys(range(_MAX_LINES), 0), runs_linux=True),
+    Chip(
+        "linux",
+        "another computer with Linux",
+        dict.fromkeys(range(_MAX_LINES), 0),
+        lacks=_OF_CHIPS,
+        runs_linux=True,
+    ),
 )
 
 # Each board whose MicroPython runs a car, and its chip in pin files.

@@ -8,10 +8,10 @@ A pin file says which of a car's devices is connected to which pin of which comp
 
     [left_motor]
     forward = 5
-    backward = 6
+    backward = "GPIO6"
 
-A car has the parts that have a table; `motorcade.devices` declares those that there are. Pins are the chip's own
-numbers (GPIO or BCM), not those of a connector.
+A car has the parts that have a table; `motorcade.devices` declares those that there are. Pins are what is printed on
+the board, or the chip's own numbers (GPIO or BCM), not those of a connector.
 
 A voice map says what a voice module sends for which spoken word. Makers and users program such modules themselves, so
 each sends bytes of its own:
@@ -32,7 +32,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from motorcade.car.board import VOICE_WORDS
-from motorcade.config.check import Schema, allowed_as, choice, line, list_of, load, shown, table, whole
+from motorcade.config.check import Schema, allowed, allowed_as, choice, line, list_of, load, shown, table, whole
 from motorcade.config.chips import CHIPS, Caution, Chip, chip_named
 from motorcade.config.files import parse, read_text
 from motorcade.devices import DEVICES
@@ -44,6 +44,7 @@ FORMAT = "motorcade-pins/1"
 VOICE_FORMAT = "motorcade-voice/1"
 DUTY_MAX = 255
 _LONGEST_NAME = 60
+_LONGEST_SOURCE = 400
 _LONGEST_PATTERN = 64
 _MOST_WORDS = 50
 _FASTEST_BAUD = 4_000_000
@@ -53,7 +54,8 @@ PARTS = (*(part for device in DEVICES for part in device.parts), *_SWITCHED)
 # The parts that a board reads as bits.
 INPUTS = tuple(part for part in PARTS if part.read_by)
 # Outputs that do no harm at power-on: a ping more, a blink.
-_HARMLESS = ("ultrasonic", "leds")
+_HARMLESS = ("ultrasonic", "leds", "pixels")
+_PIN: Schema = {"type": ["integer", "string"]}
 
 
 class Wire(NamedTuple):
@@ -62,11 +64,6 @@ class Wire(NamedTuple):
     device: Part
     role: Role
     pin: int
-
-    @property
-    def title(self) -> Phrase:
-        """What people call the part."""
-        return Phrase(f"device-{self.device.key}")
 
     def terminal(self, chip: Chip) -> str:
         """What is printed on the device, and what belongs between it and a pin of ``chip``."""
@@ -91,6 +88,8 @@ class PinMap:
         wires: its wires, in the order of PARTS.
         drive_duties: PWM duty of a motor, 0 to 255, for each speed level while the car drives straight on.
         turn_duties: the same while it turns on the spot.
+        options: what it says beside pins: a part's key, the option's and its value.
+        sources: the parts whose pins a source confirms, in a car that somebody else made.
     """
 
     name: str
@@ -98,6 +97,8 @@ class PinMap:
     wires: tuple[Wire, ...]
     drive_duties: tuple[int, ...] = (0, 85, 170, 255)
     turn_duties: tuple[int, ...] = (0, 85, 170, 255)
+    options: tuple[tuple[str, str, str | int], ...] = ()
+    sources: tuple[str, ...] = ()
 
     def has(self, device: str) -> bool:
         """Whether the car has that part of PARTS."""
@@ -106,6 +107,23 @@ class PinMap:
     def pin(self, device: str, role: str) -> int | None:
         """The pin of a device's wire, None where it has none."""
         return next((wire.pin for wire in self.wires if (wire.device.key, wire.role.key) == (device, role)), None)
+
+    def option(self, device: str, key: str) -> str | int:
+        """What the file says of a part beside its pins; what is usual where it says nothing."""
+        usual = {(part.key, option.key): option.usual for part in PARTS for option in part.options}
+        said = {(part, name): value for part, name, value in self.options}
+        return (usual | said)[device, key]
+
+    def level(self, device: str, key: str) -> int:
+        """The option as a level: 1 for "high", 0 for "low"."""
+        return int(self.option(device, key) == "high")
+
+    def threshold_percent(self, device: str) -> int:
+        """Above so many percent of the supply an analog input of the part is high; 0 for digital inputs."""
+        for part, key, value in self.options:
+            if (part, key) == (device, "threshold"):
+                return int(value)
+        return 0
 
     @property
     def warnings(self) -> tuple[Phrase, ...]:
@@ -134,17 +152,23 @@ def pins_schema() -> Schema:
     """The JSON Schema of a pin file, parsed; which pins a chip has is not in it."""
     devices = {}
     for device in PARTS:
-        optional = tuple(role.key for role in device.roles if not role.needed)
-        devices[device.key] = table(optional, **{role.key: {"type": "integer"} for role in device.roles})
+        optional = tuple(role.key for role in device.roles if device.forms or not role.needed)
+        values = {role.key: _PIN for role in device.roles}
+        for option in device.options:
+            values[option.key] = choice(*option.choices) if option.choices else whole(option.least, option.most)
+        others = tuple(option.key for option in device.options)
+        devices[device.key] = table((*optional, *others), **values)
     levels = list_of(whole(0, DUTY_MAX), _LEVELS, _LEVELS)
     keys = {
         "format": choice(FORMAT),
         "name": line(_LONGEST_NAME),
         "chip": choice(*(chip.name for chip in CHIPS)),
         **devices,
+        # What is known of a car that somebody else made, and from where.
+        "sources": table(tuple(devices), **{key: line(_LONGEST_SOURCE) for key in devices}),
         "duties": table(("drive", "turn"), drive=levels, turn=levels),
     }
-    return table((*devices, "duties"), **keys)
+    return table((*devices, "sources", "duties"), **keys)
 
 
 def load_pins(path: Path) -> PinMap:
@@ -157,6 +181,7 @@ def parse_pins(text: str, file: str) -> PinMap:
     values = load(parse(text, "TOML", file), pins_schema(), file)
     chip = chip_named(values["chip"])
     wires = []
+    options = []
     for device in PARTS:
         given = values.get(device.key)
         if given is None:
@@ -164,23 +189,58 @@ def parse_pins(text: str, file: str) -> PinMap:
         if not given:
             known = ", ".join(role.key for role in device.roles)
             raise InputError("device-without-pins", file=file, device=device.key, known=known)
-        wires += [Wire(device, role, given[role.key]) for role in device.roles if role.key in given]
+        _check_form(device, given, file)
+        roles = [role for role in device.roles if role.key in given]
+        wires += [
+            Wire(device, role, _number(f"{device.key}.{role.key}", given[role.key], chip, file)) for role in roles
+        ]
+        options += [(device.key, option.key, given[option.key]) for option in device.options if option.key in given]
     if not wires:
         raise InputError("no-device", file=file, known=", ".join(device.key for device in PARTS))
-    _check_pins(wires, chip, file)
-    return PinMap(values["name"], chip, tuple(wires), **_duties(values.get("duties", {}), file))
+    duties = _duties(values.get("duties", {}), file)
+    sources = tuple(values.get("sources", {}))
+    pins = PinMap(values["name"], chip, tuple(wires), **duties, options=tuple(options), sources=sources)
+    _check_pins(pins, file)
+    return pins
 
 
-def _check_pins(wires: list[Wire], chip: Chip, file: str) -> None:
+def _number(wire: str, pin: int | str, chip: Chip, file: str) -> int:
+    """Return the number of a pin that a file may call by what is printed there."""
+    number = chip.pin_named(pin) if isinstance(pin, str) else pin
+    if number in {**chip.header, **chip.taken}:
+        return number
+    raise InputError("no-such-pin", file=file, wire=wire, value=shown(pin), chip=chip.title, pins=_ranges(chip))
+
+
+def _check_form(device: Part, given: dict[str, Any], file: str) -> None:
+    """Check that a part has all wires of one of its forms, and no others."""
+    keys = {role.key for role in device.roles if role.key in given}
+    forms = [form for form in device.forms if keys <= set(form)]
+    if device.forms and not forms:
+        known = " / ".join(", ".join(form) for form in device.forms)
+        raise InputError("wires-of-two-forms", file=file, device=device.key, given=", ".join(sorted(keys)), known=known)
+    if forms and keys not in map(set, forms):
+        missing = next(key for key in forms[0] if key not in keys)
+        raise InputError("missing-key", file=file, place=f"{device.key}.{missing}", allowed=allowed(_PIN))
+
+
+def _check_pins(pins: PinMap, file: str) -> None:
+    chip = pins.chip
     wire_at: dict[int, str] = {}
-    for wire in wires:
+    for wire in pins.wires:
         name = f"{wire.device.key}.{wire.role.key}"
         pin = wire.pin
-        place = {"file": file, "wire": name, "value": shown(pin), "chip": chip.title}
+        place = {"file": file, "wire": name, "value": chip.names.get(pin, pin), "chip": chip.title}
+        if {name, wire.device.key} & chip.lacks:
+            raise InputError("part-not-on-chip", **place)
         if pin in chip.taken:
             raise InputError("pin-taken", **place, use=chip.taken[pin])
-        if pin not in chip.header:
-            raise InputError("no-such-pin", **place, pins=_ranges(chip))
+        measures = pins.threshold_percent(wire.device.key) > 0
+        if measures and pin not in chip.analog:
+            able = ", ".join(map(chip.label, chip.analog)) or Phrase("nothing")
+            raise InputError("pin-not-analog", **place, pins=able)
+        if pin in chip.analog_only and not measures:
+            raise InputError("pin-only-measures", **place)
         if pin not in chip.only.get(name, (pin,)):
             able = ", ".join(map(chip.label, chip.only[name]))
             raise InputError("pin-cannot", **place, pins=able)
@@ -192,7 +252,9 @@ def _check_pins(wires: list[Wire], chip: Chip, file: str) -> None:
 
 
 def _ranges(chip: Chip) -> str:
-    """The chip's pins, such as ``0, 2-27``."""
+    """The chip's pins, such as ``0, 2-27``, or as they are printed on the board."""
+    if chip.names:
+        return ", ".join(map(chip.label, sorted(chip.header)))
     ranges: list[list[int]] = []
     for pin in sorted(chip.header):
         if ranges and pin == ranges[-1][1] + 1:

@@ -200,6 +200,29 @@ class Role:
 
 
 @dataclass(eq=False)
+class Option:
+    """What a part's table in a pin file says beside its pins.
+
+    Attributes:
+        key: its name.
+        usual: its value where it is left out.
+        choices: the words that it may be; without them it is a whole number.
+        least, most: the range of a number.
+    """
+
+    key: str
+    usual: str | int
+    choices: tuple[str, ...] = ()
+    least: int = 0
+    most: int = 0
+
+
+LEVELS = ("high", "low")
+# Above so many percent of the supply an analog input is high; 0 for a digital one.
+THRESHOLD = Option("threshold", 0, least=1, most=99)
+
+
+@dataclass(eq=False)
 class Part:
     """What is wired to a car's computer.
 
@@ -210,6 +233,9 @@ class Part:
         supply_5_v: what it needs where the computer's pins take 5 V and that makes a difference.
         read_by: the method of a board that reads its roles as bits, the first role's the lowest. Boards need no code
             for such a part.
+        forms: the ways to wire it, each with its roles; empty where there is one, with all roles that are needed.
+        options: what a pin file says beside its pins.
+        active: the option that says at which level an input counts as 1; without it that is high.
     """
 
     key: str
@@ -217,6 +243,9 @@ class Part:
     roles: tuple[Role, ...]
     supply_5_v: str = ""
     read_by: str = ""
+    forms: tuple[tuple[str, ...], ...] = ()
+    options: tuple[Option, ...] = ()
+    active: str = ""
 
 
 @dataclass(eq=False)

@@ -1,12 +1,15 @@
 """The floor sensors: two under the front of the car, which a word can make the motor obey (first bit of c8)."""
 
 from motorcade.devices.declaration import (
+    LEVELS,
+    THRESHOLD,
     Bits,
     Block,
     Call,
     Device,
     Input,
     Method,
+    Option,
     Part,
     Role,
     Sense,
@@ -81,6 +84,8 @@ FLOOR = Device(
             (Role("left", False, "DO, TCRT5000 left"), Role("right", False, "DO, TCRT5000 right")),
             supply_5_v="5 V, GND",
             read_by="dark_floor",
+            options=(Option("dark", "high", LEVELS), THRESHOLD),
+            active="dark",
         ),
     ),
     things=(

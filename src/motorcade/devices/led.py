@@ -1,6 +1,21 @@
 """The LEDs: four lights, of which a word lights one (c4)."""
 
-from motorcade.devices.declaration import Bits, Block, Column, Device, Input, Method, Part, Role, StepKind, seconds
+from motorcade.devices.declaration import (
+    Bits,
+    Block,
+    Column,
+    Device,
+    Input,
+    Method,
+    Option,
+    Part,
+    Role,
+    StepKind,
+    seconds,
+)
+
+# To send the colours of so many takes a slow chip half a millisecond.
+MOST_PIXELS = 16
 
 LED = Device(
     "led",
@@ -28,5 +43,12 @@ LED = Device(
     ),
     parts=(
         Part("leds", "GND", tuple([Role(f"led_{which}", True, f"LED {which}", needed=False) for which in range(4)])),
+        # All of them show the colour of the LED that is lit.
+        Part(
+            "pixels",
+            "5 V, GND",
+            (Role("signal", True, "DIN"),),
+            options=(Option("count", 1, least=1, most=MOST_PIXELS),),
+        ),
     ),
 )

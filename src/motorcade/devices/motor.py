@@ -1,6 +1,7 @@
 """The motor: two wheels that drive forward or turn on the spot (c3); and the chassis of a car that somebody drives."""
 
 from motorcade.devices.declaration import (
+    LEVELS,
     Bits,
     Block,
     Call,
@@ -8,6 +9,7 @@ from motorcade.devices.declaration import (
     Device,
     Input,
     Method,
+    Option,
     Part,
     Role,
     StepKind,
@@ -20,14 +22,21 @@ SECONDS = seconds("motor_duration")
 
 
 def wheel_motor(key: str, terminals: "tuple[str, str, str]") -> Part:
-    """Return a motor behind an L298-style driver, whose ``terminals`` are forward, backward and enable."""
+    """Return a motor behind a driver.
+
+    An L298's ``terminals`` are forward, backward and enable; other drivers have one for the direction, and enable.
+    """
     forward, backward, enable = terminals
     roles = (
         Role("forward", True, forward),
         Role("backward", True, backward),
-        Role("enable", True, enable, needed=False),
+        Role("enable", True, enable),
+        Role("direction", True, "DIR"),
     )
-    return Part(key, "6–12 V, GND", roles)
+    forms = (("forward", "backward"), ("forward", "backward", "enable"), ("direction", "enable"))
+    # The level of the pin for the direction while the motor turns forward.
+    options = (Option("forward_is", "high", LEVELS),)
+    return Part(key, "6–12 V, GND", roles, forms=forms, options=options)
 
 
 MOTOR = Device(
@@ -75,7 +84,13 @@ MOTOR = Device(
             shown=Column("wheels", "uint8", "uint8", limits=(0, 15)),
         ),
     ),
-    parts=(wheel_motor("left_motor", ("IN1", "IN2", "ENA")), wheel_motor("right_motor", ("IN3", "IN4", "ENB"))),
+    parts=(
+        wheel_motor("left_motor", ("IN1", "IN2", "ENA")),
+        wheel_motor("right_motor", ("IN3", "IN4", "ENB")),
+        wheel_motor("left_rear_motor", ("IN1", "IN2", "ENA")),
+        wheel_motor("right_rear_motor", ("IN3", "IN4", "ENB")),
+        Part("motor_driver", "GND", (Role("standby", True, "STBY"),)),
+    ),
 )
 
 # A steering servo and a drive motor.

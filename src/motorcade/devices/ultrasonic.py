@@ -47,7 +47,12 @@ ULTRASONIC = Device(
         Part(
             "ultrasonic",
             "5 V, GND",
-            (Role("trigger", True, "TRIG"), Role("echo", False, "ECHO ÷ 1 kΩ, 2 kΩ", terminal_5_v="ECHO")),
+            (
+                Role("trigger", True, "TRIG"),
+                Role("echo", False, "ECHO ÷ 1 kΩ, 2 kΩ", terminal_5_v="ECHO"),
+                Role("signal", True, "SIG"),
+            ),
+            forms=(("trigger", "echo"), ("signal",)),
         ),
     ),
     things=(

@@ -6,10 +6,11 @@ import zipfile
 from collections.abc import Iterable
 from pathlib import Path
 
-from motorcade.config.chips import CHIPS
+from motorcade.config.chips import CHIPS, MOTORS
 from motorcade.config.pins import INPUTS, PinMap, VoiceMap
 from motorcade.config.profile import Profile, levels_of
 from motorcade.errors import InputError
+from motorcade.firmware import firmware_folder
 
 LIBRARY = "Motorcade"
 # The examples whose sketches serve every car: that of a whole one, and of another.
@@ -24,11 +25,8 @@ _LONGEST_PATTERN = 16
 
 
 def library_folder() -> Path:
-    """Return the folder of the library: in the package, or beside the sources of a clone."""
-    packaged = Path(__file__).with_name("arduino")
-    if packaged.is_dir():
-        return packaged
-    return Path(__file__).parents[3] / "firmware" / "arduino"
+    """Return the folder of the library."""
+    return firmware_folder("arduino")
 
 
 def library_files() -> dict[str, bytes]:
@@ -88,27 +86,35 @@ def blank_header(profile: Profile) -> str:
     """Return the car.h of a board that nobody knows yet: it names no pin."""
     about = [
         "// The pins of your car: write your board's numbers instead of NO_PIN, for the parts that it has. A motor has",
-        "// forward, backward, enable; floor has left, right. Leave alone the pins that the board itself needs, for",
-        "// its flash memory or its USB line: its manual names them.",
+        "// forward, backward, enable, or enable and direction; floor has left, right. MotorcadeSettings.h explains",
+        "// the rest. Leave alone the pins that the board itself needs, for its flash memory or its USB line: its",
+        "// manual names them.",
     ]
     return _header(about, [], PinMap("", CHIPS[0], ()), profile, None)
 
 
 def _header(about: list[str], guard: list[str], pins: PinMap, profile: Profile, voice: VoiceMap | None) -> str:
     fields = {
-        "levels": _list(levels_of(profile)),
+        "levels": "LEVELS",
         "baud": profile.serial.baud,
         "range_mm": profile.body.ultrasonic_range_mm,
-        "left_motor": _list(_pin(pins, "left_motor", role) for role in ("forward", "backward", "enable")),
-        "right_motor": _list(_pin(pins, "right_motor", role) for role in ("forward", "backward", "enable")),
+        **{motor: _motor(pins, motor) for motor in MOTORS},
+        "standby": _pin(pins, "motor_driver", "standby"),
         "drive_duties": _list(pins.drive_duties),
         "turn_duties": _list(pins.turn_duties),
         "leds": _list(_pin(pins, "leds", f"led_{which}") for which in range(4)),
-        "trigger": _pin(pins, "ultrasonic", "trigger"),
-        "echo": _pin(pins, "ultrasonic", "echo"),
-        **{part.key: _list(_pin(pins, part.key, role.key) for role in part.roles) for part in INPUTS},
+        "pixels": _pin(pins, "pixels", "signal"),
+        "pixel_count": pins.option("pixels", "count"),
+        # Both are the only wire where there is one.
+        "trigger": _pin(pins, "ultrasonic", "trigger", "signal"),
+        "echo": _pin(pins, "ultrasonic", "echo", "signal"),
+        **_inputs(pins),
+        "button": _pin(pins, "button", "signal"),
+        "button_pressed": pins.level("button", "pressed"),
+        "button_threshold": pins.threshold_percent("button"),
         "infrared_receiver": _pin(pins, "infrared", "receiver"),
         "infrared_sender": _pin(pins, "infrared", "sender"),
+        "horn": _pin(pins, "horn", "signal"),
         "voice": _pin(pins, "voice", "receive"),
         "voice_baud": 0,
         "voice_patterns": "nullptr",
@@ -140,7 +146,11 @@ def _header(about: list[str], guard: list[str], pins: PinMap, profile: Profile, 
             "using motorcade::NO_PIN;",
             "",
             *patterns,
-            "static const motorcade::CarSettings CAR = {",
+            f"static const uint32_t LEVELS[] = {_list(levels_of(profile))};",
+            "",
+            # An argument of a template can't be static.
+            "extern const motorcade::CarSettings CAR;",
+            "constexpr motorcade::CarSettings CAR = {",
             *lines,
             "};",
             "",
@@ -193,10 +203,12 @@ def _check(pins: PinMap, voice: VoiceMap | None) -> None:
         raise InputError("arduino-serial-is-usb", car=pins.name)
     if pins.has("voice") and not chip.is_whole_arduino:
         raise InputError("arduino-without-voice", car=pins.name, chip=chip.title)
+    if pins.has("pixels") and not chip.is_whole_arduino:
+        raise InputError("arduino-without-pixels", car=pins.name, chip=chip.title)
     able = chip.only.get("left_motor.enable", chip.header)
     for wire in pins.wires:
         has_enable = pins.pin(wire.device.key, "enable") is not None
-        is_pulsed = wire.device.key in ("left_motor", "right_motor") and not has_enable
+        is_pulsed = wire.device.key in MOTORS and not has_enable
         if is_pulsed and wire.pin not in able:
             # The car's sketch pulses the direction pins of a motor without enable.
             raise InputError(
@@ -212,11 +224,28 @@ def _check(pins: PinMap, voice: VoiceMap | None) -> None:
             raise InputError("voice-pattern-too-long", car=pins.name, count=longest, most=_LONGEST_PATTERN)
 
 
-def _pin(pins: PinMap, device: str, role: str) -> str:
-    pin = pins.pin(device, role)
-    if pin is None:
-        return _NO_PIN
-    return str(pin)
+def _pin(pins: PinMap, device: str, *roles: str) -> str:
+    """Return the pin of the first of ``roles`` that the device has."""
+    for role in roles:
+        pin = pins.pin(device, role)
+        if pin is not None:
+            return str(pin)
+    return _NO_PIN
+
+
+def _motor(pins: PinMap, motor: str) -> str:
+    wires = [_pin(pins, motor, role) for role in ("forward", "backward", "enable", "direction")]
+    return _list((*wires, pins.level(motor, "forward_is")))
+
+
+def _inputs(pins: PinMap) -> dict[str, object]:
+    fields: dict[str, object] = {}
+    for part in INPUTS:
+        fields[part.key] = _list(_pin(pins, part.key, role.key) for role in part.roles)
+        if part.active:
+            fields[f"{part.key}_{part.active}"] = pins.level(part.key, part.active)
+            fields[f"{part.key}_threshold"] = pins.threshold_percent(part.key)
+    return fields
 
 
 def _list(values: Iterable[object]) -> str:

@@ -13,9 +13,11 @@ from typing import Any
 
 from motorcade.boards.on_chip.power_on import SETTINGS_FILE, SETTINGS_FORMAT
 from motorcade.config.chips import CHIPS
-from motorcade.config.pins import INPUTS, PinMap, VoiceMap
+from motorcade.config.pins import INPUTS, PARTS, PinMap, VoiceMap
 from motorcade.config.profile import Profile, levels_of
+from motorcade.devices.declaration import Part
 from motorcade.errors import InputError
+from motorcade.firmware import firmware_folder
 from motorcade.firmware.shortened import shortened
 from motorcade.imports import PACKAGE, needed_files
 
@@ -26,16 +28,17 @@ LIBRARY = "lib"
 EXTRAS = {
     "wifi": PACKAGE / "boards" / "on_chip" / "wifi_line.py",
     "keys": PACKAGE / "boards" / "on_chip" / "secure_line.py",
+    "options": PACKAGE / "boards" / "on_chip" / "any_board.py",
     "check": PACKAGE / "car" / "check" / "__init__.py",
 }
+# The parts, and wires of parts, that only the module of "options" knows.
+_MORE = {"pixels", "button", "horn", "motor_driver", "left_rear_motor", "right_rear_motor", "ultrasonic.signal"}
+_MORE |= {"left_motor.direction", "right_motor.direction"}
 
 
 def templates() -> Path:
-    """Return the folder of main.py and of the pin files: in the package, or beside the sources of a clone."""
-    packaged = Path(__file__).with_name("micropython")
-    if packaged.is_dir():
-        return packaged
-    return PACKAGE.parents[1] / "firmware" / "micropython"
+    """Return the folder of main.py and of the pin files."""
+    return firmware_folder("micropython")
 
 
 def board_files(settings: dict[str, Any]) -> dict[str, bytes]:
@@ -89,6 +92,8 @@ def settings_of(
         },
         "uarts": {device: _uart(pins, device) for device in ("serial", "voice") if pins.has(device)},
     }
+    if pins.options or any({wire.device.key, f"{wire.device.key}.{wire.role.key}"} & _MORE for wire in pins.wires):
+        settings["options"] = {part.key: _options(pins, part) for part in PARTS if part.options and pins.has(part.key)}
     if pins.has("voice"):
         if voice is None:
             raise InputError("no-voice-map", car=pins.name)
@@ -97,6 +102,20 @@ def settings_of(
             "patterns": [[pattern.hex(), word] for pattern, word in voice.patterns],
         }
     return settings
+
+
+def _options(pins: PinMap, part: Part) -> dict[str, int]:
+    """Return what the pin file says of a part, with levels as 1 for high and 0 for low."""
+    options = {}
+    for option in part.options:
+        value = pins.option(part.key, option.key)
+        key = option.key
+        if key == part.active:
+            key = "active"
+        if option.choices:
+            value = pins.level(part.key, option.key)
+        options[key] = int(value)
+    return options
 
 
 def _pins(pins: PinMap) -> dict[str, dict[str, int]]:

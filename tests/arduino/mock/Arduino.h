@@ -27,6 +27,7 @@ inline uint32_t millis() { return mock_us / 1000; }
 inline uint32_t micros() { return mock_us; }
 inline void pinMode(uint8_t, uint8_t) {}
 inline void digitalWrite(uint8_t pin, uint8_t level) { mock_pins[pin] = level, mock_duties[pin] = level ? 255 : 0; }
+inline int analogRead(uint8_t pin) { return 4 * mock_pins[pin]; }
 inline int digitalRead(uint8_t pin) { return mock_pins[pin]; }
 inline void analogWrite(uint8_t pin, int duty) { mock_duties[pin] = duty; }
 inline void attachInterrupt(uint8_t pin, void (*handler)(), int) { mock_interrupts[pin] = handler; }

@@ -55,6 +55,10 @@ class HcSr04:
         self.pings = 0
         self._chip = chip
         self._pins = pins
+        if "signal" in pins:
+            # Trigger and echo are one wire.
+            self._pins = {"trigger": pins["signal"], "echo": pins["signal"]}
+            chip.both_ways.add(pins["signal"])
         self._rose_us = 0
         chip.listeners.append(self._take)
 

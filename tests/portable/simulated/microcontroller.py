@@ -46,6 +46,8 @@ class Microcontroller:
         self.listeners = []
         self.interrupts = {}
         self.taken = {}
+        # The pins of wires that carry something in both directions.
+        self.both_ways = set()
         self._start_us = ticks_ms * 1000
         self._due = []
         # Soft interrupts that wait until the program can be interrupted again; None while it can.
@@ -113,7 +115,7 @@ class Microcontroller:
 
     def claim(self, pin, owner):
         """Note the use of a pin. Raises ValueError where it has another use already, an error in the car's code."""
-        if self.taken.get(pin, owner) != owner:
+        if self.taken.get(pin, owner) != owner and pin not in self.both_ways:
             raise ValueError(f"GPIO{pin} is {self.taken[pin]} already and shall become {owner}")
         self.taken[pin] = owner
 
@@ -121,12 +123,17 @@ class Microcontroller:
         if self.levels.get(pin, 0) != level:
             self.levels[pin] = level
             self.notify("level", pin, level)
+            self._interrupt(pin, level)
 
     def set_input(self, pin, level):
         """Change the level of an input, and call its interrupt handler."""
         if self.levels.get(pin, 0) == level:
             return
         self.levels[pin] = level
+        self._interrupt(pin, level)
+
+    def _interrupt(self, pin, level):
+        """Call a pin's interrupt handler; an output's, too, as a real chip does."""
         handler, trigger, _, is_hard = self.interrupts.get(pin, (None, 0, None, False))
         if handler is None or not trigger & (1 if level else 2):
             return
@@ -183,6 +190,9 @@ def machine_of(chip, chips_number=b"\x01\x02\x03\x04"):
             if mode == Pin.IN:
                 chip.claim(number, "input")
 
+        def init(self, mode):
+            chip.taken[self.number] = "output" if mode == Pin.OUT else "input"
+
         def value(self, level=None):
             if level is None:
                 return chip.levels.get(self.number, 0)
@@ -208,6 +218,16 @@ def machine_of(chip, chips_number=b"\x01\x02\x03\x04"):
             if chip.duties.get(self._pin) != duty:
                 chip.duties[self._pin] = duty
                 chip.notify("duty", self._pin, duty)
+
+    class ADC:
+        """An analog input; its pin's level is what it reads."""
+
+        def __init__(self, pin):
+            chip.claim(pin.number, "analog input")
+            self._number = pin.number
+
+        def read_u16(self):
+            return chip.levels.get(self._number, 0)
 
     class UART:
         def __init__(self, number, baudrate, rxbuf, rx, tx=None):
@@ -277,11 +297,16 @@ def machine_of(chip, chips_number=b"\x01\x02\x03\x04"):
         def reset(self):
             raise Reset
 
+        def bitstream(self, pin, encoding, timing, data):
+            if chip.platform == "rp2":
+                raise AssertionError("no interrupt can run meanwhile")
+            chip.notify("pixels", pin.number, data)
+
     uarts = {}
     for owner, names in ((Pin, ("value",)), (PWM, ("duty_u16",)), (UART, ("any", "read", "write")), (WDT, ("feed",))):
         time_methods(chip, owner, *names)
     machine = Machine()
-    machine.Pin, machine.PWM, machine.UART, machine.WDT = Pin, PWM, UART, WDT
+    machine.Pin, machine.PWM, machine.ADC, machine.UART, machine.WDT = Pin, PWM, ADC, UART, WDT
     machine.uarts = uarts
     machine.mem32 = Memory()
     machine.watchdog = None

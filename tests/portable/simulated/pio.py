@@ -1,6 +1,6 @@
-"""A replacement for the module rp2: an assembler of PIO programs, and a state machine that sends frames.
+"""A replacement for the module rp2: an assembler of PIO programs, and state machines that send frames and colours.
 
-The state machine doesn't run the program: test_pio.py runs it on an emulator of the chip.
+A state machine doesn't run the program: test_pio.py runs it on an emulator of the chip.
 """
 
 from motorcade.boards.on_chip.frame_program import CYCLE_STEPS, UNIT_OVERHEAD_STEPS
@@ -74,7 +74,7 @@ class Rp2:
     def __init__(self, chip):
 
         class StateMachine:
-            def __init__(self, number, program, freq, set_base):
+            def __init__(self, number, program, freq, set_base, out_base=None):
                 if not 1908 <= freq <= 125_000_000:
                     raise ValueError("freq out of range")
                 self._freq = freq
@@ -82,6 +82,8 @@ class Rp2:
                 self._free_us = 0
                 self._active = False
                 self._unit_steps = None
+                # Only the colours' program has such a base.
+                self._sends_colours = out_base is not None
 
             def active(self, value):
                 self._active = bool(value)
@@ -89,6 +91,9 @@ class Rp2:
             def put(self, word):
                 if not self._active:
                     raise AssertionError("a state machine that isn't active takes words, but does nothing")
+                if self._sends_colours:
+                    chip.notify("pixels", self._pin, word)
+                    return
                 if self._unit_steps is None:
                     # The program counts the unit's cycles down to 0.
                     self._unit_steps = (word + 1) * CYCLE_STEPS + UNIT_OVERHEAD_STEPS
@@ -105,7 +110,7 @@ class Rp2:
         time_methods(chip, StateMachine, "put")
         self.StateMachine = StateMachine
 
-    def asm_pio(self, set_init, out_shiftdir):
+    def asm_pio(self, set_init, out_shiftdir, out_init=None):
         """Decorate a function: run it once, with instructions, registers and conditions as its globals."""
 
         def decorate(function):

@@ -12,7 +12,7 @@ const bool LEADS = false;
 const uint32_t NUMBER = 1;
 
 motorcade::EepromMemory memory;
-motorcade::ArduinoBoard board(CAR, LEADS, NUMBER, memory);
+motorcade::ArduinoBoard<CAR> board(LEADS, NUMBER, memory);
 motorcade::Car car(board);
 
 void setup() {

@@ -9,7 +9,7 @@ const bool LEADS = true;
 // Another number for each car, unless its EEPROM holds one (see the example SetNumber).
 const uint32_t NUMBER = 1;
 
-motorcade::AvrBoard board(CAR, LEADS, NUMBER);
+motorcade::AvrBoard<CAR> board(LEADS, NUMBER);
 motorcade::Car car(board);
 
 void setup() {

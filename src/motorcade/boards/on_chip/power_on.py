@@ -94,7 +94,12 @@ def open_board(settings: "dict[str, Any]", modules: Modules) -> MicroPythonBoard
         line = UsbLine(modules)
     if "wifi" in settings and modules.network:
         line = _wifi_line(line, settings, modules)
-    return MicroPythonBoard(settings, modules, line, _voice(settings, machine))
+    board: type[MicroPythonBoard] = MicroPythonBoard
+    if "options" in settings:
+        from motorcade.boards.on_chip.any_board import AnyBoard
+
+        board = AnyBoard
+    return board(settings, modules, line, _voice(settings, machine))
 
 
 class Loop:

@@ -1,0 +1,113 @@
+"""Cars on MicroPython whose parts are of other kinds than those of a car that somebody wires."""
+
+import pytest
+from driven_car import Bench
+
+from motorcade.boards.on_chip.any_board import COLOURS
+from motorcade.car.board import NOTHING_IN_SIGHT_MM
+from motorcade.car.brain import FORWARD, LEFT, NO_LED, RIGHT
+from motorcade.config.pins import parse_pins
+from motorcade.firmware.car_files import settings_of
+from support.strategies import CLASSROOM
+
+ALL = """
+format = "motorcade-pins/1"
+name = "Car"
+chip = "{chip}"
+[left_motor]
+direction = 4
+enable = 5
+forward_is = "low"
+[right_motor]
+direction = 12
+enable = 13
+[left_rear_motor]
+forward = 14
+backward = 15
+[right_rear_motor]
+forward = 16
+backward = 17
+enable = 18
+[motor_driver]
+standby = 19
+[pixels]
+signal = 21
+count = 3
+[ultrasonic]
+signal = 22
+[floor]
+left = {analog}
+right = {other}
+dark = "low"
+threshold = 40
+[infrared]
+receiver = 2
+[button]
+signal = 0
+"""
+PLATFORMS = {"rp2": ("rp2040", 26, 27), "esp32": ("esp32", 32, 33)}
+
+
+def bench_of(platform: str) -> Bench:
+    chip, analog, other = PLATFORMS[platform]
+    pins = parse_pins(ALL.format(chip=chip, analog=analog, other=other), "car.toml")
+    return Bench(settings_of(pins, CLASSROOM, False), platform)
+
+
+@pytest.mark.parametrize("platform", PLATFORMS)
+def test_motors_of_all_kinds_turn_together(platform):
+    bench = bench_of(platform)
+    board = bench.open().board
+    levels, duties = bench.chip.levels, bench.chip.duties
+    assert levels[19] == 1  # the driver is awake
+    for direction, level, left, right in ((FORWARD, 3, 1, 1), (LEFT, 2, -1, 1), (RIGHT, 1, 1, -1), (FORWARD, 0, 0, 0)):
+        board.set_wheels(direction, level)
+        power = (0, 85, 170, 255)[level] * 65535 // 255
+        assert duties[5] == duties[13] == duties[18] == power
+        if level:
+            assert (levels.get(4, 0), levels.get(12, 0)) == (left < 0, right > 0)
+        assert duties[14] - duties[15] == left * power
+        assert (levels.get(16, 0), levels.get(17, 0)) == (right > 0, right < 0)
+
+
+@pytest.mark.parametrize("platform", PLATFORMS)
+def test_all_pixels_show_the_colour_of_the_led(platform):
+    bench = bench_of(platform)
+    sent = []
+    bench.chip.listeners.append(lambda what, pin, value: sent.append((pin, value)) if what == "pixels" else None)
+    board = bench.open().board
+    # A leader is yellow and a follower blue until its program lights an LED; this one's button is held.
+    shown = [NO_LED, 0]
+    for which in (0, 1, 2, 3, NO_LED):
+        board.set_led(which)
+        shown.append(which)
+    expected = [(21, bytes(COLOURS[which]) * 3) for which in shown]
+    if platform == "rp2":
+        expected = [(21, int.from_bytes(bytes((*COLOURS[which], 0)), "big")) for which in shown for _ in range(3)]
+    assert sent == expected
+
+
+@pytest.mark.parametrize("platform", PLATFORMS)
+def test_the_sensors_of_a_shop_car_are_read(platform):
+    bench = bench_of(platform)
+    _, left, right = PLATFORMS[platform]
+    board = bench.open().board
+    for left_volts, right_volts, dark in ((0, 0, 3), (65535, 0, 2), (20000, 30000, 1), (30000, 65535, 0)):
+        bench.chip.levels.update({left: left_volts, right: right_volts})
+        assert board.dark_floor() == dark
+    # The ping itself is no echo.
+    for distance_mm, expected in ((None, NOTHING_IN_SIGHT_MM), (150, 150), (None, NOTHING_IN_SIGHT_MM)):
+        bench.sonar.distance_mm = distance_mm
+        found = []
+        for _ in range(80):
+            found.append(board.obstacle_mm())
+            bench.clock.sleep_ms(5)
+        assert abs(found[-1] - expected) <= 1
+        assert min(found) >= 149
+
+
+@pytest.mark.parametrize(("level", "leads"), [(0, True), (1, False)])
+def test_whoever_holds_the_button_at_power_on_has_a_leader(level, leads):
+    bench = bench_of("rp2")
+    bench.chip.levels[0] = level
+    assert bench.open().board.is_leader is leads
