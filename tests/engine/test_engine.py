@@ -9,13 +9,30 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motorcade import Pose, Program, compile_program, forward, open_table, stop_on_dark, wait
+from motorcade import (
+    Followers,
+    Pose,
+    Program,
+    avoid,
+    compile_program,
+    forward,
+    led,
+    left,
+    open_table,
+    pir,
+    stop_on_dark,
+    together,
+    voice,
+    wait,
+    wander,
+)
 from motorcade.car import decisions
 from motorcade.car.brain import RUNNING, WORD
 from motorcade.engine.events import KINDS, LOSS_REASONS
+from motorcade.engine.slices import Slices
 from motorcade.engine.state import DRIVEN
 from motorcade.engine.world import World
-from motorcade.mats import Mat, Physics
+from motorcade.mats import Mat, Person, Physics, Voice
 from motorcade.mats.model import Starts
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words
@@ -231,6 +248,44 @@ def test_a_run_is_the_same_at_once_in_slices_by_ticks_or_beside_other_worlds(cas
         stepped.step()
     same = [digest(world) for world in (once, sliced, stepped)]
     assert [*same, digest(beside, beside.seeds.index(case.seed))] == [same[0]] * 4
+
+
+QUIET = {
+    "nobody is told": Program([wait(3)]),
+    "all stand": Program([wait(3)], Followers([led(1, 2), led(2, 2)], forward=True, tagged=True)),
+    "all drive": Program([wait(3)], Followers([forward(3, speed=3), left(2)], tagged=True)),
+    "all mind": Program([together(wander(3), avoid(1, 3), voice())], Followers([together(wander(3), pir(), voice())])),
+}
+
+
+@pytest.mark.parametrize("physics", [Physics(), Physics(wheel_noise=0.1), Physics(collisions=False)])
+@pytest.mark.parametrize("cars", [1, 5, 40])
+@pytest.mark.parametrize("program", QUIET.values(), ids=QUIET)
+def test_a_world_that_goes_at_once_to_what_is_due_is_where_single_ticks_bring_it(
+    program: Program, cars: int, physics: Physics
+) -> None:
+    """Voices, people and sorts come in between, and somebody drives a car for a while."""
+    poses = [Pose(0.4 * (car % 7), 0.4 * (car // 7), 2.4 * car) for car in range(cars)]
+    voices = Voice(0.901, "stop"), Voice(1.5, "go"), Voice(7.401, "stop")
+    people = Person(((0.0, -9.0, 0.0), (8.0, 9.0, 0.0)))
+    mat = replace(open_table(poses, tick_ms=20), voices=voices, people=(people,), physics=physics)
+    image = compile_program(program).image
+    at_once, stepped = (World(mat, [image], seeds=range(2), threads=1) for _ in range(2))
+    for act in (nothing, lambda world: world.drive(0, 60, 1, 200), lambda world: world.give_back(0)):
+        for world in (at_once, stepped):
+            act(world)
+        at_once.run(3000)
+        for _ in range(150):
+            stepped.step()
+        assert [digest(at_once, which) for which in range(2)] == [digest(stepped, which) for which in range(2)]
+
+
+def test_a_slice_stays_so_short_that_cars_may_wake_up_in_it() -> None:
+    """While nothing happened, slices took no time."""
+    slices = Slices(cars=10, clock_s=lambda: 0.0)
+    for _ in range(40):
+        slices.measure(slices.ticks, lambda: None)
+    assert 1_000 < slices.ticks < 1_000_000
 
 
 def test_reset_begins_again_with_the_same_seed_or_another() -> None:

@@ -22,6 +22,8 @@ from support.worlds import ROAMING, CrowdedWorld, contents, crowd
 
 TICK_MS = crowd(2).tick_ms
 DAYS_MS = 1_000_000_000
+# The leader stands, and tells nobody anything: a world goes from one tick to a much later one.
+IDLE = bytes.fromhex("01000000 40000000")
 WORLDS: dict[str, dict[str, Any]] = {
     "one world": {"seeds": 3},
     "with events": {"seeds": 3, "events": True},
@@ -31,6 +33,8 @@ WORLDS: dict[str, dict[str, Any]] = {
     "a large world of two threads, with events": {"seeds": 3, "threads": 2, "events": True},
     "WebAssembly, with events": {"seeds": range(2), "events": True, "kernels": "webassembly"},
     "plain Python": {"seeds": range(2), "kernels": "interpreted"},
+    "a quiet world": {"seeds": 3, "events": True},
+    "a quiet world in plain Python": {"seeds": 3, "kernels": "interpreted"},
     "plain Python, with events": {"seeds": range(2), "events": True, "kernels": "interpreted"},
 }
 
@@ -42,7 +46,8 @@ def _small_large_worlds(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def made(name: str) -> World:
     """A world that has run for a moment, so that an interrupted run isn't its first."""
-    world = CrowdedWorld(crowd(40 if "large" in name else 6), [ROAMING], **WORLDS[name])
+    image = IDLE if "quiet" in name else ROAMING
+    world = CrowdedWorld(crowd(40 if "large" in name else 6), [image], **WORLDS[name])
     world.run(3 * TICK_MS)
     world.say("stop")
     return world

@@ -22,6 +22,9 @@ from motorcade.mats.plane import nearest_of_segment
 
 # The displacement of a car is how far it moves in a tick, in x and y, in units of 2^-DISPLACEMENT_BITS µm.
 DISPLACEMENT_BITS = 12
+_PARTS = (1 << DISPLACEMENT_BITS) - 1
+# Cars move by so many ticks at once, so that sums fit into 32 bits and several cars into an instruction.
+MOST_TICKS = _PARTS
 # How often wheel noise is drawn.
 NOISE_MS = 100
 # How much farther than necessary a car looks, so that it need not look again soon.
@@ -340,8 +343,8 @@ def _slip(i: int, seed: int, now: int, cars: CarArrays, rules: Rules) -> None:
 
 
 @in_kernel
-def move(begin: int, end: int, seed: int, tick: int, cars: CarArrays, rules: Rules) -> None:
-    """Move the cars between two indices by one tick.
+def move(begin: int, end: int, seed: int, tick: int, ticks: int, cars: CarArrays, rules: Rules) -> None:
+    """Move the cars between two indices by a tick, or by as many, at most MOST_TICKS, as nothing happens to them.
 
     A displacement has a finer resolution than 1 µm. Its whole µm are spread over the ticks, so that a car is within
     1 µm of its exact place after any number of ticks.
@@ -349,22 +352,23 @@ def move(begin: int, end: int, seed: int, tick: int, cars: CarArrays, rules: Rul
     if rules.wheel_noise > 0.0:
         for i in range(begin, end):
             _slip(i, seed, tick * rules.tick_ms, cars, rules)
-    phase = tick & ((1 << DISPLACEMENT_BITS) - 1)
+    phase, ticks = tick & _PARTS, ticks & _PARTS
     for i in range(begin, end):
         push = int(cars.push[i])
-        cars.x[i] = cars.x[i] + _whole_um(int(cars.displacement_x[i]), phase) + _signed(push >> 16)
-        cars.y[i] = cars.y[i] + _whole_um(int(cars.displacement_y[i]), phase) + _signed(push & 0xFFFF)
+        cars.x[i] = cars.x[i] + _whole_um(int(cars.displacement_x[i]), phase, ticks) + _signed(push >> 16)
+        cars.y[i] = cars.y[i] + _whole_um(int(cars.displacement_y[i]), phase, ticks) + _signed(push & 0xFFFF)
         cars.push[i] = 0
     if rules.wheel_noise == 0.0:
         for i in range(begin, end):
-            cars.heading[i] = (int(cars.heading[i]) + rules.turns[cars.wheels[i]]) & 0xFFFFFFFF
+            cars.heading[i] = (int(cars.heading[i]) + rules.turns[cars.wheels[i]] * ticks) & 0xFFFFFFFF
 
 
 @in_kernel
-def _whole_um(displacement: int, phase: int) -> int:
-    mask = (1 << DISPLACEMENT_BITS) - 1
-    rest = displacement & mask
-    return (displacement >> DISPLACEMENT_BITS) + (((rest * phase & mask) + rest) >> DISPLACEMENT_BITS)
+def _whole_um(displacement: int, phase: int, ticks: int) -> int:
+    """The whole µm of some ticks, of which the first is ``phase`` ticks after all of its parts made whole ones."""
+    part = displacement & _PARTS
+    parts = (part * (phase + ticks) >> DISPLACEMENT_BITS) - (part * phase >> DISPLACEMENT_BITS)
+    return (displacement >> DISPLACEMENT_BITS) * ticks + parts
 
 
 @in_kernel

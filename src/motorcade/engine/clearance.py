@@ -17,6 +17,7 @@ _HALF = 0xFFFF
 _ANYHOW = 0x00010001
 # The sign bit of a difference of two 15-bit ticks: set while the stored tick lies ahead.
 _AHEAD = 0x4000
+_TICKS = 0x7FFF
 
 
 @in_kernel
@@ -66,6 +67,18 @@ def obstacles_due(clear: int, tick: int) -> bool:
 def is_due(clear: int, tick: int) -> bool:
     """Whether anything may be near by now."""
     return (tick - (int(clear) >> 17)) & (tick - (int(clear) >> 1)) & _AHEAD == 0
+
+
+@in_kernel
+def ticks_clear(clear: int, tick: int) -> int:
+    """For how many ticks from this one on nothing can be near; 0 or less where something may be near by now."""
+    others, obstacles = (int(clear) >> 17) - tick - 1, (int(clear) >> 1) - tick - 1
+    return min(_signed(others), _signed(obstacles)) + 1
+
+
+@in_kernel
+def _signed(ticks: int) -> int:
+    return ((ticks + _AHEAD) & _TICKS) - _AHEAD
 
 
 @in_kernel

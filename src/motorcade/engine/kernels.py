@@ -7,7 +7,8 @@ time).
 
 A car has its turn only when something can have happened to it: its word does something new
 (`motorcade.car.next_wakeup`), a frame has ended, or a body may have come near since it last looked around. The other
-cars keep their wheels and their displacement.
+cars keep their wheels and their displacement. A world goes from such a tick to the next one at once: in between all
+cars only move on.
 """
 
 from collections.abc import Callable, Mapping
@@ -24,6 +25,9 @@ from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
 
 ALL, RESTORED = -1, -2
 _NEVER = next_wakeup.NEVER_MS
+_HALF_CLOCK = (TICKS_MASK + 1) // 2
+# Of so many cars the next ticks are known together.
+_AT_ONCE = 32
 # The bits of a word that reacts to something that is sensed; those of a condition are 0 in other words than states.
 _SENSES = 1 << PIR_AT | 1 << FLOOR_AT | 1 << AVOID_ENABLE_AT | 15 << UNTIL_AT
 
@@ -345,7 +349,7 @@ def run(share: int, shares: int, until: int, said_at: int, said: int, seeds: Int
     """Step the worlds of one of several shares, one after the other, each from its own tick to tick ``until``.
 
     So a world that has come there stays as it is, and a call can be repeated where it is unknown whether it was made.
-    In tick ``said_at`` every car hears ``said``.
+    In tick ``said_at``, the first or one before, every car hears ``said``.
     """
     cars, voices, rules, driven = arrays.cars, arrays.voices, arrays.rules, arrays.driven
     counts = arrays.counters.counts
@@ -355,7 +359,8 @@ def run(share: int, shares: int, until: int, said_at: int, said: int, seeds: Int
         begin, end, seed = world * per_world, (world + 1) * per_world, seeds[world]
         first_tick = counts[world, events.TICK]
         spoken = channel.voices_until((first_tick - 1) * rules.tick_ms, voices)
-        for tick in range(first_tick, until):
+        tick = first_tick
+        while tick < until:
             ms = tick * rules.tick_ms & TICKS_MASK
             first_voice = spoken
             while spoken < voices.at_ms.shape[0] and voices.at_ms[spoken] <= ms:
@@ -370,9 +375,40 @@ def run(share: int, shares: int, until: int, said_at: int, said: int, seeds: Int
             senders = step_cars(begin, end, arrays, now)
             for k in range(begin, begin + senders):
                 channel.spread_frame(cars.order[k], begin, end, arrays, now)
-            bodies.move(begin, end, seed, tick, cars, rules)
+            ticks = 1 + _idle_ticks(until, arrays, now)
+            bodies.move(begin, end, seed, tick, ticks, cars, rules)
             bicycle.turn_round(world, cars, driven)
+            tick += ticks
         counts[world, events.TICK] = max(first_tick, until)
+
+
+@in_kernel
+def _idle_ticks(until: int, arrays: Arrays, now: Now) -> int:
+    """How many ticks after this one, up to ``until``, do nothing but move cars that keep their displacement."""
+    cars, rules, voices = arrays.cars, arrays.rules, arrays.voices
+    if arrays.driven.shape[1]:
+        # The displacement of a driven car changes in every tick.
+        return 0
+    next_tick, tick_ms = now.tick + 1, rules.tick_ms
+    idle = min(until - next_tick, bodies.MOST_TICKS - 1, rules.sort_every - 1 - now.tick % rules.sort_every)
+    if now.last_voice < voices.at_ms.shape[0]:
+        idle = min(idle, (voices.at_ms[now.last_voice] + tick_ms - 1) // tick_ms - next_tick)
+    low, next_ms = now.begin, next_tick * tick_ms
+    while low < now.end and idle > 0:
+        # Several cars at an instruction, and no more than these where one is due.
+        high = min(low + _AT_ONCE, now.end)
+        rest_ms, clear, slips = idle * tick_ms, idle, 0
+        for i in range(low, high):
+            rest_ms = min(rest_ms, ((int(cars.due[i]) - next_ms + _HALF_CLOCK) & TICKS_MASK) - _HALF_CLOCK)
+            clear = min(clear, clearance.ticks_clear(cars.clear[i], next_tick))
+            slips |= int(cars.wheels[i]) & 3
+        idle = min(idle, (rest_ms + tick_ms - 1) // tick_ms)
+        if rules.collisions:
+            idle = min(idle, clear)
+        if rules.wheel_noise > 0.0 and slips:
+            idle = 0
+        low = high
+    return max(idle, 0)
 
 
 ORDER, SORT, SET_OUT, STEP, SPREAD, MOVE, TURN = range(7)
@@ -440,7 +476,7 @@ def run_large(
                 for k in range(begun, begun + senders[other]):
                     channel.spread_frame(cars.order[k], begin, end, arrays, now)
         else:
-            bodies.move(begin, end, seed, tick, cars, rules)
+            bodies.move(begin, end, seed, tick, 1, cars, rules)
 
 
 def wake(tick: int, moved: int, worlds: int, arrays: Arrays) -> None:

@@ -2,7 +2,8 @@
 
 Python raises KeyboardInterrupt, and calls any other handler of a signal, between two calls. So a call should be short.
 How long a tick takes depends on the computer and on what the cars do, so slices follow what the ones before them took.
-Results don't depend on slices.
+Ticks in which nothing happens take no time, but cars may wake up in any slice, which must be short then, too. Results
+don't depend on slices.
 """
 
 import time
@@ -12,6 +13,8 @@ from collections.abc import Callable
 CALL_S = 0.06
 # The first slice: so many cars times ticks take some ms in machine code.
 _FIRST, _FIRST_INTERPRETED = 1 << 16, 1 << 8
+# No slice has more, for each second that it may take: a slow computer takes a few seconds if all these cars are busy.
+_MOST_A_SECOND = 1 << 24
 
 
 class Slices:
@@ -35,6 +38,7 @@ class Slices:
         clock_s: Callable[[], float] = time.monotonic,
     ) -> None:
         self.ticks = max((_FIRST_INTERPRETED if interpreted else _FIRST) // cars, 1)
+        self._most = int(longest_s * _MOST_A_SECOND) // cars
         self._longest_s, self._clock_s = longest_s, clock_s
 
     def measure(self, ticks: int, simulate: Callable[[], None]) -> None:
@@ -46,4 +50,4 @@ class Slices:
         simulate()
         fits = int(ticks * self._longest_s / max(self._clock_s() - began_s, 1e-6))
         # A slice that took long may be an accident, and one that was short, too.
-        self.ticks = max(min(fits, 2 * ticks), ticks // 4, 1)
+        self.ticks = max(min(fits, 2 * ticks, self._most), ticks // 4, 1)
