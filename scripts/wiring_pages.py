@@ -57,6 +57,8 @@ def _page(name: str, language: str) -> str:
         car = found[1]
         pins = load_pins(ROOT / PIN_FILES[car])
         picture = f"![{pins.name}](wiring/{car}{_SUFFIX[language]}.svg)"
-        return f"{car} -->\n\n{picture}\n\n{_table(pins, language)}\n"
+        summary = text("command_line", "column-pin", {}, language)
+        folded = f'<details markdown="1">\n<summary>{summary}</summary>\n\n{_table(pins, language)}\n</details>'
+        return f"{car} -->\n\n{picture}\n\n{folded}\n\n"
 
     return _WIRING.sub(wiring, (ROOT / name).read_text(encoding="utf-8"))

@@ -1,9 +1,12 @@
 """Chinese has one word for a thing, on pages, missions, documentation and command line alike."""
 
 import re
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
+from scripts.site_pages import write_pages
 
 from motorcade import locales
 
@@ -36,13 +39,17 @@ def sentences(value, place=""):
         yield from sentences(part, f"{place}.{key}")
 
 
+@cache
 def chinese_texts():
     """Each place and its text; of the pages, lines."""
-    yield from sentences(locales.catalogue("zh"))
-    pages = (*ROOT.glob("docs/**/*.zh.md"), *ROOT.glob("*.zh.md"))
-    for path in (*pages, *ROOT.glob("src/motorcade/missions/*/*.toml")):
-        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
-            yield f"{path.name}:{number}", line
+    texts = list(sentences(locales.catalogue("zh")))
+    with TemporaryDirectory() as folder:
+        write_pages(Path(folder))
+        pages = (*ROOT.glob("docs/**/*.zh.md"), *ROOT.glob("*.zh.md"), *Path(folder).glob("*.zh.md"))
+        for path in (*pages, *ROOT.glob("src/motorcade/missions/*/*.toml")):
+            lines = path.read_text(encoding="utf-8").splitlines()
+            texts += [(f"{path.name}:{number}", line) for number, line in enumerate(lines, 1)]
+    return texts
 
 
 @pytest.mark.parametrize("word", SAID)
@@ -56,9 +63,8 @@ def test_one_word_a_thing(word):
     assert found == [], f"say {SAID[word]}"
 
 
-@pytest.mark.parametrize("page", sorted(MAKERS))
-def test_a_makers_page_says_what_its_two_words_mean(page):
-    assert SAYS_SO in (ROOT / "docs" / page).read_text(encoding="utf-8")
+def test_a_makers_page_says_what_its_two_words_mean():
+    assert {place.partition(":")[0] for place, text in chinese_texts() if SAYS_SO in text} >= MAKERS
 
 
 def test_no_goal_begins_with_a_number_after_its_own():
