@@ -86,7 +86,7 @@ def test_both_languages_show_the_same_code(page):
 
 def test_a_chinese_page_leads_to_chinese_pages_and_to_its_own_in_english():
     wrong = []
-    for page in (*DOCS.rglob("*.zh.md"), ROOT / "README.zh.md"):
+    for page in (*DOCS.rglob("*.zh.md"), *ROOT.glob("*.zh.md")):
         for text, link in re.findall(r"\[([^]]*)\]\(([^)#\s:]+\.md)", page.read_text(encoding="utf-8")):
             target = page.parent / link
             is_chinese = link.endswith(".zh.md")
@@ -110,6 +110,18 @@ def test_the_size_of_the_engine_is_that_of_its_file():
     page = ROOT / "benchmarks" / "README.md"
     (told,) = re.findall(r"`engine\.wasm` \D*([\d,]+)", page.read_text(encoding="utf-8"))
     assert int(told.replace(",", "")) == linear_memory.PATH.stat().st_size
+
+
+@pytest.mark.parametrize("page", ["CONTRIBUTING.md", "CONTRIBUTING.zh.md"])
+def test_the_lists_of_what_to_add_name_files_that_are_there(page):
+    """Where a list says <name>, it is of a new file, whose folder is there."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (`[^|]+) \|", text[text.index("## ") :], re.MULTILINE)
+    paths = [path for row in rows for path in re.findall(r"`([\w./<>*-]+/[\w./<>*-]*)`", row)]
+    roots = (ROOT, ROOT / "src" / "motorcade")
+    assert len(paths) > 50
+    parts = {path: re.split(r"[^/]*[<*]", path)[0] for path in paths}
+    assert [path for path, part in parts.items() if not any((root / part).exists() for root in roots)] == []
 
 
 def test_every_kind_of_step_is_on_the_page_of_blocks():
