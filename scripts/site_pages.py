@@ -17,6 +17,9 @@ from scripts.blocks_page import blocks_page
 from scripts.commands_page import commands_page
 from scripts.exports import markdown
 from scripts.notes_page import notes_page
+from scripts.wiring_pages import wiring_table
+
+from motorcade.locales import text
 
 # What makes each page in a language, by its name.
 SITE_PAGES: dict[str, Callable[[str], str]] = {
@@ -27,9 +30,8 @@ SITE_PAGES: dict[str, Callable[[str], str]] = {
 }
 _ENDINGS = {"en": ".md", "zh": ".zh.md"}
 _WIRING = re.compile(
-    r"^### (?P<title>[^\n]+)\n(?P<body>(?:(?!^#).)*?<!-- wiring: .*?)(?=^#|\Z)", re.MULTILINE | re.DOTALL
+    r"^### (?P<title>[^\n]+)\n(?P<body>(?:(?!^#).)*?<!-- wiring: (?P<car>[\w-]+) -->.*?)(?=^#|\Z)", re.M | re.DOTALL
 )
-_FOLDED = re.compile(r"<details markdown=\"1\">\n<summary>(.*?)</summary>\n(.*?)</details>", re.DOTALL)
 # What the site is built from; it goes when the build ends.
 _WHOLE = TemporaryDirectory()
 
@@ -49,11 +51,14 @@ def on_config(config: Any) -> None:
         config.docs_dir = _WHOLE.name
 
 
-def on_page_markdown(markdown: str, **_: Any) -> str:
+def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
     """Show one wiring at a time, with its table of pins folded."""
-    return _WIRING.sub(_tab, markdown)
+    language = "zh" if page.file.src_uri.endswith(".zh.md") else "en"
 
+    def tab(section: re.Match[str]) -> str:
+        table = indent(wiring_table(section["car"], language), "    ")
+        folded = f'??? note "{text("command_line", "column-pin", {}, language)}"\n\n{table}'
+        body = indent(f"{section['body'].strip()}\n\n{folded}", "    ")
+        return f'=== "{section["title"]}"\n\n{body}\n\n'
 
-def _tab(section: re.Match[str]) -> str:
-    body = _FOLDED.sub(lambda folded: f'??? note "{folded[1]}"\n{indent(folded[2], "    ")}', section["body"])
-    return f'=== "{section["title"]}"\n\n{indent(body.strip(), "    ")}\n\n'
+    return _WIRING.sub(tab, markdown)
