@@ -116,8 +116,9 @@ bench: $(MORE)
 	$(BIN)/python benchmarks/avr.py
 	$(BIN)/python benchmarks/chips.py
 
-screenshots: setup ## the README's pictures of the studio
+screenshots: setup ## the README's pictures of the studio, and those of the documentation
 	$(BIN)/python -m scripts.screenshots
+	$(BIN)/python -m scripts.page_pictures
 
 stages: setup ## looks at the stages of all missions and examples at five sizes
 	$(BIN)/python -m scripts.stages

@@ -254,7 +254,7 @@ def rows(spreads: dict[tuple[bool, int], Spread], shares: list[list[float]]) -> 
 
 TEXTS = {
     "": ("Seconds since the slot began", "Share of 1,000 followers that run its word", "Hop", "Share of time"),
-    ".zh": ("时段开始后的秒数", "1,000 辆从机中已开始执行的比例", "第几跳", "持有主机码字的时间比例"),
+    ".zh": ("时段开始后的秒数", "1,000 辆跟车中已开始执行的比例", "第几跳", "持有头车码字的时间比例"),
 }
 CURVES = {
     "": ("tagged", "tagged, bodies shade", "bare", "limit: air time"),

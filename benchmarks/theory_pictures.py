@@ -38,10 +38,10 @@ TEXTS: dict[str, dict[str, str]] = {
     },
     ".zh": {
         "aloha": "提供的负载|吞吐量",
-        "percolation": "红外范围内小车的平均数|得到码字的从机比例",
+        "percolation": "红外范围内小车的平均数|得到码字的跟车比例",
         "epidemic": "时间（以一辆车两次接触之间的平均时间为单位）|持有码字的小车比例",
         "diffusion": "一次转弯的角度（度）|扩散系数（平方米/秒）",
-        "trickle": "一个小区里的从机数|一个区间里的消息数",
+        "trickle": "一个小区里的跟车数|一个区间里的消息数",
         "any-time": "帧可在任意毫秒开始",
         "any-time-limit": "ALOHA",
         "half-frames": "帧在半帧的整数倍时刻开始",

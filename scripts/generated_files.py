@@ -9,12 +9,10 @@ from typing import Any
 from scripts.arbiter_diagram import arbiter_svg
 from scripts.arduino_files import arduino_files
 from scripts.clips import block_clips, example_clips
-from scripts.commands_page import commands_page
 from scripts.driving_types import driving_types
-from scripts.exports import exported_files, markdown
+from scripts.exports import exported_files
 from scripts.goal_kinds import goal_kinds
 from scripts.message_types import class_types, message_types, remote_types
-from scripts.notes_page import notes_page
 from scripts.opening_recording import opening_recording
 from scripts.step_files import step_types, with_step_names, with_steps_table
 from scripts.wiring_pages import wiring_files
@@ -38,8 +36,6 @@ def _exports() -> dict[str, Callable[[], str]]:
 
 
 GENERATED = {
-    "docs/commands.md": lambda: commands_page("en"),
-    "docs/commands.zh.md": lambda: commands_page("zh"),
     "docs/drive-states.svg": lambda: arbiter_svg("en"),
     "docs/drive-states.zh.svg": lambda: arbiter_svg("zh"),
     "docs/motorcade-mat-1.schema.json": lambda: _json(published(mat_schema())),
@@ -47,12 +43,8 @@ GENERATED = {
     "docs/motorcade-program-1.schema.json": lambda: _json(published(program_schema())),
     "docs/api.md": lambda: with_step_names(_text("docs/api.md")),
     "docs/api.zh.md": lambda: with_step_names(_text("docs/api.zh.md")),
-    "docs/notes.md": lambda: notes_page("en"),
-    "docs/notes.zh.md": lambda: notes_page("zh"),
     "docs/programs.md": lambda: with_steps_table(_text("docs/programs.md"), "en"),
     "docs/programs.zh.md": lambda: with_steps_table(_text("docs/programs.zh.md"), "zh"),
-    "docs/words.md": lambda: markdown("en"),
-    "docs/words.zh.md": lambda: markdown("zh"),
     "src/motorcade/browser/opening.json": opening_recording,
     "web/src/generated/classroom.ts": class_types,
     "web/src/generated/blockClips.json": block_clips,

@@ -41,7 +41,8 @@ def _notes(mission: Mission, notes: Notes, language: str) -> str:
         for text, hint in notes.mistakes
     ]
     parts = [
-        f"### {mission.name.sentence(language)}",
+        f"### {mission.name.sentence(language)} {{ #{mission.id} }}",
+        f"![](pictures/missions/{mission.id}.webp)",
         f"`{mission.id}` · {minutes}",
         *(
             f"**{title(key)}** · {text.sentence(language)}"

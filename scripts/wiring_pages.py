@@ -1,12 +1,11 @@
-"""Draw each car of `firmware/` from its pin file, and make the tables of wires in the page on building a car."""
+"""Draw each car of `firmware/` from its pin file, and make the table of its wires."""
 
-import re
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
 from motorcade.boards.wiring import wiring_rows, wiring_svg
-from motorcade.config.pins import PinMap, load_pins
+from motorcade.config.pins import load_pins
 from motorcade.firmware.shop import shop_cars
 from motorcade.locales import text
 
@@ -20,20 +19,15 @@ PIN_FILES = {
     "arduino-mega": "firmware/arduino/mega.toml",
     **{car: f"firmware/cars/{car}.toml" for car in shop_cars()},
 }
-_WIRED = ("build-a-car", *(f"shop/{car}" for car in shop_cars()))
-PAGES = {f"docs/{page}{suffix}.md": language for page in _WIRED for language, suffix in (("en", ""), ("zh", ".zh"))}
-_WIRING = re.compile(r"(?<=<!-- wiring: )([\w-]+) -->\n.*?(?=<!-- end of wiring -->)", re.DOTALL)
 _SUFFIX = {"en": "", "zh": ".zh"}
 
 
 def wiring_files() -> dict[str, Callable[[], str]]:
-    """Return what makes each drawing and page, by its path in the repository."""
+    """Return what makes each drawing, by its path in the repository."""
     made: dict[str, Callable[[], str]] = {}
     for language, suffix in _SUFFIX.items():
         for car in PIN_FILES:
             made[f"docs/wiring/{car}{suffix}.svg"] = partial(_drawing, car, language)
-    for name, language in PAGES.items():
-        made[name] = partial(_page, name, language)
     return made
 
 
@@ -41,8 +35,9 @@ def _drawing(car: str, language: str) -> str:
     return wiring_svg(load_pins(ROOT / PIN_FILES[car]), language)
 
 
-def _table(pins: PinMap, language: str) -> str:
-    """Return the rows as a table in Markdown."""
+def wiring_table(car: str, language: str) -> str:
+    """Return the wires of one of `PIN_FILES` as a table in Markdown."""
+    pins = load_pins(ROOT / PIN_FILES[car])
     columns = ["part", "supply", "terminal", "pin"]
     if pins.sources:
         columns.remove("supply")
@@ -56,16 +51,3 @@ def _table(pins: PinMap, language: str) -> str:
         lines.append([shown[key] for key in columns])
         before = row.part
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
-
-
-def _page(name: str, language: str) -> str:
-    """Return the page with new tables between its wiring marks."""
-
-    def wiring(found: "re.Match[str]") -> str:
-        car = found[1]
-        pins = load_pins(ROOT / PIN_FILES[car])
-        up = "../" * (name.count("/") - 1)
-        picture = f"![{pins.name}]({up}wiring/{car}{_SUFFIX[language]}.svg)"
-        return f"{car} -->\n\n{picture}\n\n{_table(pins, language)}\n"
-
-    return _WIRING.sub(wiring, (ROOT / name).read_text(encoding="utf-8"))

@@ -12,8 +12,11 @@ import zlib
 from contextlib import ExitStack
 
 import pytest
+from scripts.blocks_page import SAMPLES
+from scripts.site_pages import SITE_PAGES
 
 from motorcade.engine import linear_memory
+from motorcade.program.steps import KINDS
 from motorcade.service.documents import example, examples, open_text
 from motorcade.service.messages import Blocks
 from motorcade.service.programs import compile_blocks
@@ -83,11 +86,12 @@ def test_both_languages_show_the_same_code(page):
 
 def test_a_chinese_page_leads_to_chinese_pages_and_to_its_own_in_english():
     wrong = []
-    for page in (*DOCS.rglob("*.zh.md"), ROOT / "README.zh.md"):
+    for page in (*DOCS.rglob("*.zh.md"), *ROOT.glob("*.zh.md")):
         for text, link in re.findall(r"\[([^]]*)\]\(([^)#\s:]+\.md)", page.read_text(encoding="utf-8")):
             target = page.parent / link
             is_chinese = link.endswith(".zh.md")
-            if is_chinese if text == "English" else not is_chinese and translated(target).exists():
+            has_chinese = translated(target).exists() or target.stem in SITE_PAGES
+            if is_chinese if text == "English" else not is_chinese and has_chinese:
                 wrong.append(f"{page.name}: {link}")
     assert wrong == []
 
@@ -102,10 +106,43 @@ def test_every_key_of_a_profile_is_explained(page):
     assert told == keys
 
 
-@pytest.mark.parametrize("page", [DOCS / "benchmarks.md", DOCS / "benchmarks.zh.md"], ids=lambda page: page.name)
-def test_the_size_of_the_engine_is_that_of_its_file(page):
+def test_the_size_of_the_engine_is_that_of_its_file():
+    page = ROOT / "benchmarks" / "README.md"
     (told,) = re.findall(r"`engine\.wasm` \D*([\d,]+)", page.read_text(encoding="utf-8"))
     assert int(told.replace(",", "")) == linear_memory.PATH.stat().st_size
+
+
+@pytest.mark.parametrize("page", ["CONTRIBUTING.md", "CONTRIBUTING.zh.md"])
+def test_the_lists_of_what_to_add_name_files_that_are_there(page):
+    """Where a list says <name>, it is of a new file, whose folder is there."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (`[^|]+) \|", text[text.index("## ") :], re.MULTILINE)
+    paths = [path for row in rows for path in re.findall(r"`([\w./<>*-]+/[\w./<>*-]*)`", row)]
+    roots = (ROOT, ROOT / "src" / "motorcade")
+    assert len(paths) > 50
+    parts = {path: re.split(r"[^/]*[<*]", path)[0] for path in paths}
+    assert [path for path, part in parts.items() if not any((root / part).exists() for root in roots)] == []
+
+
+def test_every_kind_of_step_is_on_the_page_of_blocks():
+    shown = {kind for samples in SAMPLES.values() for step in samples.values() for kind in step}
+    assert KINDS.keys() - shown == set()
+
+
+def test_no_picture_of_the_documentation_is_large():
+    sizes = {path.name: path.stat().st_size for path in (DOCS / "pictures").rglob("*.webp")}
+    assert [name for name, size in sizes.items() if size > 100_000] == []
+    assert sum(sizes.values()) < 2_000_000
+
+
+def test_each_promise_names_the_tests_that_attack_it():
+    """tests/promises.json has the promises of docs/security.md, and its tests are there."""
+    attacks = json.loads((ROOT / "tests" / "promises.json").read_text(encoding="utf-8"))
+    promised = re.findall(r"^- (.*)", (DOCS / "security.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert promised == list(attacks)
+    missing = [path for paths in attacks.values() for path in paths if not (ROOT / path).exists()]
+    assert missing == []
+    assert [promise for promise, paths in attacks.items() if not paths] == []
 
 
 @pytest.fixture(scope="module")
@@ -119,9 +156,9 @@ def site(tmp_path_factory):
 
 
 def test_the_site_has_every_page_in_both_languages(site):
-    for page in PAGES:
+    for page in (*(page.stem for page in PAGES), *SITE_PAGES):
         for folder in (site, site / "zh"):
-            assert (folder / f"{page.stem}.html").is_file()
+            assert (folder / f"{page}.html").is_file()
     assert 'lang="zh"' in (site / "zh" / "index.html").read_text(encoding="utf-8")
 
 

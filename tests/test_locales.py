@@ -201,7 +201,10 @@ def test_every_command_and_option_has_help_and_no_help_is_left_over():
 
 def test_help_is_in_the_language_of_the_option_or_the_system(monkeypatch):
     chinese = locales.catalogue("zh")["help"]
-    assert chinese["simulate"] in run("simulate", "--language", "zh", "--help").out
+    shown = run("simulate", "--language", "zh", "--help").out
+    assert chinese["simulate"] in shown
+    assert [name for name in ("Usage", "OPTIONS", "Options", "Arguments", "default", "required") if name in shown] == []
+    assert "[默认：" in shown
     monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
     shown = run("--help").out
     assert chinese["plot"] in shown

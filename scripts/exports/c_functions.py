@@ -2,7 +2,7 @@
 
 The type of a parameter comes from its annotation: ``int`` is 0 to 2^32 - 1 and wraps there, ``int32`` may be negative,
 and the two don't mix. A local variable without an annotation has the type of what is first assigned to it. What has no
-counterpart in C with the same meaning is refused with file and line. docs/adr/0022 has the reasons.
+counterpart in C with the same meaning is refused with file and line. docs/adr/0005 has the reasons.
 """
 
 import ast

@@ -12,7 +12,7 @@ from support.studio_page import StudioPage
 from support.studio_programs import EMPTY, EXAMPLE, LIT, SHELTERED, TOO_LONG
 from support.waiting import wait_until
 
-NO_INFRARED = {"en": "A leader can't be set to accept infrared.", "zh": "无法设置主机接受红外信息"}
+NO_INFRARED = {"en": "A leader can't be set to accept infrared.", "zh": "无法设置头车接受红外信息"}
 COLOUR = "element => getComputedStyle(element).backgroundColor"
 TOO_MANY = {"en": "The serial modules in use are more than 255", "zh": "所用的串行模块数目已经大于255"}
 

@@ -106,7 +106,7 @@ def test_the_language_changes_at_once_and_is_remembered(open_page) -> None:
     studio = open_page(project=FOLLOWED)
     studio.pick(studio.field(studio.block("leader", "left"), "left"), "right")
     studio.choose("Language and colours", item="中文")
-    editor = studio.page.get_by_role("region", name="主机", exact=True)
+    editor = studio.page.get_by_role("region", name="头车", exact=True)
     expect(editor).to_contain_text("前进")
     # An edit of before is undone and done again.
     for button, direction in (("撤销", "左转"), ("重做", "右转")):

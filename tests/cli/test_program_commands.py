@@ -114,8 +114,8 @@ def test_diagnostics_speak_chinese_when_asked_or_when_the_system_does(project, m
     asked = run("compile", path, "--language", "zh", "--json")
     assert asked.code == 1
     # The sentence is seed 000's, c1 2.1.1.
-    assert "无法设置主机接受红外信息" in json.loads(asked.out)["diagnostics"][0]["message"]
-    assert "错误 leader-accepts-ir: 无法设置主机接受红外信息" in only_line(asked.err)
+    assert "无法设置头车接受红外信息" in json.loads(asked.out)["diagnostics"][0]["message"]
+    assert "错误 leader-accepts-ir: 无法设置头车接受红外信息" in only_line(asked.err)
     monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
     assert run("compile", path, "--json") == asked
     for name in ("LC_ALL", "LC_MESSAGES", "LANG"):

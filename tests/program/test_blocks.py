@@ -278,7 +278,7 @@ def test_a_leader_with_infrared_settings_gets_the_seeds_prompt_on_that_block(acc
     blocks = workspace(WAIT, {**block, "fields": {"TIMES": 2}})
     said = diagnostic(blocks)
     assert (said.code, said.id) == ("leader-accepts-ir", "ir")
-    assert "无法设置主机接受红外信息" in said.sentence("zh")
+    assert "无法设置头车接受红外信息" in said.sentence("zh")
 
 
 @pytest.mark.parametrize(

@@ -147,7 +147,7 @@ ZONE = {"name": "home", "centre_m": [1, 1], "radius_m": 0.2}
             "第 1 个目标的“目标编号”",
         ),
         (("goal", 0), {"kind": "stopped-by-voice"}, "Goal 1 needs a voice", "第 1 个目标需要"),
-        (("mat", "car"), [{"at_m": [0.5, 0.5]}], "No car on the mat leads", "场地上没有主机"),
+        (("mat", "car"), [{"at_m": [0.5, 0.5]}], "No car on the mat leads", "场地上没有头车"),
     ],
 )
 def test_a_fault_of_a_draft_is_told_in_the_words_of_its_editor(ask, path, to, english, chinese):

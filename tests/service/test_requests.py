@@ -197,7 +197,7 @@ def test_an_error_in_a_file_has_its_place(context):
     first, second = error.sentence["en"].splitlines()
     assert first.startswith("Leader, step 1: 'fly' can't stand here.")
     assert second.startswith("Leader, step 2.1, speed: The value is 9; allowed:")
-    assert error.sentence["zh"].splitlines()[1].startswith("主机第 2.1 步的速度：")
+    assert error.sentence["zh"].splitlines()[1].startswith("头车第 2.1 步的速度：")
     assert error.diagnostics[0].editor == "leader"
 
 

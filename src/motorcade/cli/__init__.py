@@ -9,6 +9,7 @@ import os
 import re
 import signal
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -134,12 +135,25 @@ def _use_utf8() -> None:
 
 
 def translate_help(command: Any, has_frames: bool = True) -> None:
-    """Give a Typer command, all commands below it, and the frames around their parameters their texts."""
-    from typer import rich_utils
+    """Give a Typer command, all commands below it, and what stands around their parameters their texts."""
+    from typer import core, rich_utils
 
-    for name in ("arguments", "options", "commands"):
-        setattr(rich_utils, f"{name.upper()}_PANEL_TITLE", translated(f"help-{name}"))
+    titles = {name: translated(f"help-{name.lower()}") for name in ("Arguments", "Options", "Commands")}
+    for name, title in titles.items():
+        setattr(rich_utils, f"{name.upper()}_PANEL_TITLE", title)
+    default, required = translated("help-default", default="{default}"), translated("help-required")
+    rich_utils.DEFAULT_STRING = f"[{default.replace('{default}', '{}')}]"
+    rich_utils.REQUIRED_LONG_STRING = f"[{required}]"
+    said = titles | {"default: {default}": default, "required": required}
+    # Typer asks gettext, which has no catalogue of Typer's texts.
+    core._ = lambda message: said.get(message, message)  # type: ignore[attr-defined]
     _translate_help(command, "", has_frames)
+
+
+def _write_usage(command: Any, context: typer.Context, formatter: Any) -> None:
+    """Write the line that shows how a command is called; Typer's own begins in English."""
+    pieces = " ".join(command.collect_usage_pieces(context))
+    formatter.write_usage(context.command_path, pieces, translated("help-usage"))
 
 
 def _translate_help(command: Any, path: str, has_frames: bool) -> None:
@@ -152,6 +166,10 @@ def _translate_help(command: Any, path: str, has_frames: bool) -> None:
     lists = {"languages": " / ".join(languages()), "formats": formats}
     known = catalogue(FIRST)["help"]
     command.help = text("help", path or "motorcade", {}, current_language())
+    command.options_metavar = translated("help-options-place")
+    if hasattr(command, "subcommand_metavar"):
+        command.subcommand_metavar = translated("help-command-place")
+    command.format_usage = partial(_write_usage, command)
     option = command.get_help_option(typer.Context(command, help_option_names=list(_HELP_OPTIONS)))
     option.help = translated("help-help")
     for parameter in command.params:

@@ -26,7 +26,7 @@ it("describes it in both languages", async () => {
       "1 car has a lamp on; 4 messages lost in the last 5 seconds.",
   );
   await changeLanguage("zh");
-  expect(describe(SUMMARY, "none")).toBe("1 台主机前进；3 台从机前进；1 台从机左转；1 台从机静止；1 辆小车亮灯。");
+  expect(describe(SUMMARY, "none")).toBe("1 辆头车前进；3 辆跟车前进；1 辆跟车左转；1 辆跟车静止；1 辆小车亮灯。");
 });
 
 it("says of lost messages what stays true while their number changes", async () => {
