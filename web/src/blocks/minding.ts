@@ -60,7 +60,9 @@ function mindedIn(block: Blockly.Block | null): string[] {
 export function fitUnless(block: Blockly.Block, show: (block: Blockly.Block, name: string, shown: boolean) => boolean): boolean {
   if (!block.getInput(UNLESS)) return false;
   const types = mindedIn(block.getInputTargetBlock(UNLESS));
-  block.getField(LABEL)!.setValue(labelOf(types), false);
+  const label = block.getField(LABEL)!;
+  // A value that is set anew is measured anew.
+  if (label.getValue() !== labelOf(types)) label.setValue(labelOf(types), false);
   return [BREAK, ABOVE, UNLESS].map((name) => show(block, name, types.length > 0)).includes(true);
 }
 
