@@ -14,6 +14,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.locales import languages
 from motorcade.program.blocks import MOST_IN_A_ROW, blocks_of
 from motorcade.program.diagnostics import ProgramError
+from motorcade.program.reactions import minding
 from motorcade.program.steps import pir, together, voice
 from motorcade.server.studio.library import FolderStorage
 from motorcade.service.documents import EXAMPLES, open_file, open_text, project_text
@@ -142,6 +143,7 @@ def test_an_unknown_name_is_refused(refused, name, message, code):
 
 @given(programs())
 def test_a_program_is_unchanged_after_saving_and_opening(program):
+    program = minding(program)
     leader, followers = blocks_of(program)
     text = project_text(Project(leader, followers, program.profile, MAT))
     assert read_program(text) == program

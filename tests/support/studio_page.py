@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -206,6 +207,22 @@ class StudioPage(Watched):
         taken, stage = self.box(button), self.box(self.stage)
         self._hold(taken["x"] + taken["width"] / 2, taken["y"] + taken["height"] / 2)
         self._drop(stage["x"] + x * stage["width"], stage["y"] + y * stage["height"])
+
+    def stroke(self, points: Sequence[tuple[float, float]]) -> None:
+        """Draw over the page from point to point; with a finger, where the profile has touch."""
+        mouse = self.page.mouse
+        first, *others = points
+        if self._touches:
+            self._touch("touchStart", *first)
+            for place in others:
+                self._touch("touchMove", *place)
+            self._touch("touchEnd")
+            return
+        mouse.move(*first)
+        mouse.down()
+        for place in others:
+            mouse.move(*place)
+        mouse.up()
 
     def press(self, thing: Locator, **more: Any) -> None:
         """Click something, or tap it where the profile has touch."""

@@ -142,6 +142,11 @@ export class TurnField extends Blockly.FieldLabel {
     }
   }
 
+  /** Blockly measures an empty text each time. */
+  protected override getDisplayText_(): string {
+    return super.getDisplayText_() || Blockly.Field.NBSP;
+  }
+
   protected override getText_(): string {
     const block = this.getSourceBlock();
     const isTurn = ["left", "right"].includes(String(block?.getFieldValue("DIRECTION")));

@@ -9,9 +9,8 @@ import { say } from "../i18n";
 
 export const UNLESS = "UNLESS";
 const LABEL = "MINDS";
-/** The end of the line before; the text beside the socket; and the long one, on a line of its own. */
+/** The end of the line before, and the line with the text above the socket: beside it, both would be too wide for a phone. */
 const BREAK = "UNLESS_BREAK";
-const BESIDE = "UNLESS_BESIDE";
 const ABOVE = "UNLESS_ABOVE";
 /** What conditions are that a drive can mind. */
 export const MINDED_CHECK = "Minded";
@@ -41,8 +40,6 @@ export const isMinded = (type: string): boolean => MINDED_TYPES.has(type);
 export const unlessInputs = (): Record<string, unknown>[] => [
   { type: "input_end_row", name: BREAK },
   { type: "field_label", name: LABEL, text: "" },
-  { type: "input_dummy", name: BESIDE },
-  { type: "field_label", text: say("blocks.unless.turns") },
   { type: "input_end_row", name: ABOVE },
   { type: "input_value", name: UNLESS, check: MINDED_CHECK },
 ];
@@ -63,16 +60,15 @@ function mindedIn(block: Blockly.Block | null): string[] {
 export function fitUnless(block: Blockly.Block, show: (block: Blockly.Block, name: string, shown: boolean) => boolean): boolean {
   if (!block.getInput(UNLESS)) return false;
   const types = mindedIn(block.getInputTargetBlock(UNLESS));
-  const isShown = types.length > 0;
-  const turnsOnly = isShown && types.every((type) => type === OBSTACLE);
-  block.getField(LABEL)!.setValue(say(types.includes(OBSTACLE) ? "blocks.unless.mixed" : "blocks.unless.holds"), false);
-  const changed = [
-    show(block, BREAK, isShown),
-    show(block, BESIDE, isShown && !turnsOnly),
-    show(block, ABOVE, turnsOnly),
-    show(block, UNLESS, isShown),
-  ];
-  return changed.includes(true);
+  const label = block.getField(LABEL)!;
+  // A value that is set anew is measured anew.
+  if (label.getValue() !== labelOf(types)) label.setValue(labelOf(types), false);
+  return [BREAK, ABOVE, UNLESS].map((name) => show(block, name, types.length > 0)).includes(true);
+}
+
+function labelOf(types: readonly string[]): string {
+  if (!types.includes(OBSTACLE)) return say("blocks.unless.holds");
+  return say(types.every((type) => type === OBSTACLE) ? "blocks.unless.turns" : "blocks.unless.mixed");
 }
 
 /** What else a block can mind, of what is offered, as choices of its small field. */
