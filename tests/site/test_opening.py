@@ -12,12 +12,16 @@ from pathlib import Path
 import pytest
 from scripts.opening_recording import opening_recording
 
+from motorcade import Followers, Program, compile_program, left
 from motorcade.browser.shell import Shell
 from motorcade.browser.site import OPENING, zip_of
 from motorcade.browser.storage import BrowserStorage
+from motorcade.config.profile import built_in_profile
 from motorcade.engine.events import LOST
 from motorcade.engine.moment import moment_bytes, unpack_events
+from motorcade.mats.document import mat_of
 from motorcade.missions.check import open_worlds_here
+from motorcade.program.blocks_reader import program_of
 from motorcade.service.documents import example, opening
 from motorcade.service.history import FIRST, HEADER_BYTES, header_of
 from motorcade.service.messages import Blocks, decode
@@ -245,3 +249,30 @@ def test_python_that_begins_again_takes_the_world_over_then(visit):
     visit.pass_time(500)
     assert_continues(visit)
     assert len(visit.worlds) == 1
+
+
+# What the tour asks for: twelve followers that turn where they stand, and pass the word on.
+TURNS = Program([], Followers([left(1, 2)], forward=True))
+TABLE = {
+    "format": "motorcade-mat/1",
+    "name": "Table",
+    "size_m": [4, 3],
+    "edge": "wall",
+    "car": [{"at_m": [2.3, 1.5], "role": "leader"}],
+    "crowd": [{"cars": 12, "corner_m": [0.8, 1.05], "size_m": [1.2, 0.9], "spacing_m": 0.3}],
+}
+
+
+@pytest.mark.parametrize("shown", ["town", "tour"])
+def test_no_car_of_a_first_visit_touches_anything_for_a_minute(shown):
+    program, mat, range_mm = TURNS, TABLE, None
+    if shown == "town":
+        town = opening()
+        program = program_of(town.leader, town.followers, town.profile)
+        mat, range_mm = town.mat, town.range_mm
+    profile = built_in_profile("classroom")
+    image = compile_program(program, profile).image
+    world = open_worlds_here(mat_of(mat, "mat"), [image], profile, range(100), False)
+    world.set_environment(world.mat, range_mm)
+    world.run(60_000)
+    assert [seed for seed in world.seeds if world.totals(seed)["touching_ms"]] == []

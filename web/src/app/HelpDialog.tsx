@@ -1,8 +1,8 @@
 import * as Blockly from "blockly/core";
 import { useTexts } from "../i18n";
 import { closeDialog } from "../state/dialogs";
-import { useSettings } from "../state/settings";
 import { Sheet, TextButton } from "../ui/controls";
+import { begin } from "./Tour";
 import dialogs from "./dialogs.module.css";
 
 /** Of keys that are called otherwise than Blockly calls them. */
@@ -32,7 +32,7 @@ export function HelpDialog() {
   const t = useTexts();
   const again = () => {
     closeDialog();
-    useSettings.setState({ toured: false });
+    begin();
   };
   const rows = [
     ...Object.entries(PAGE_KEYS).map(([name, keys]) => ({

@@ -1,72 +1,81 @@
 import { useEffect, useState } from "react";
-import { alterBlocks } from "../blocks/rows";
 import { useTexts } from "../i18n";
-import { playWhenReady } from "../mat/actions";
-import { BLANK, FIRST_STEPS, FIRST_SWARM, replaceBy } from "../projects/project";
+import { useMat } from "../mat/store";
+import { replaceBy, TOURED } from "../projects/project";
 import { IconButton, TextButton } from "../ui/controls";
-import { useSettings } from "../state/settings";
-import { useStudio } from "../state/studio";
+import { type Studio, useStudio } from "../state/studio";
+import { endTour, showTour, useTour } from "../state/tour";
+import { GhostHand } from "./GhostHand";
 import dialogs from "./dialogs.module.css";
 import { classes } from "../ui/classes";
 
-const STEPS = ["blocks", "followers", "drive"] as const;
+const STEPS = ["drag", "choose", "play"] as const;
+type Step = (typeof STEPS)[number];
 /** What the page lights up at each step. */
-const PLACES = { welcome: "stage", blocks: "blocks", followers: "blocks", drive: "stage" } as const;
+const PLACES = { welcome: "stage", drag: "blocks", choose: "blocks", play: "stage" } as const;
 
-/** Give blocks to whoever has none, so that the tour has something to show; undo takes them back. */
-function first(): void {
-  if ((useStudio.getState().compiled?.states ?? 0) === 0) alterBlocks(FIRST_STEPS.leader, FIRST_STEPS.followers);
-}
+const hasBlock = ({ compiled }: Studio): boolean => (compiled?.follower_words ?? 0) > 0;
+const turns = ({ followers }: Studio): boolean => /"DIRECTION":"(left|right)"/.test(JSON.stringify(followers));
 
-/** Only where the leader's two blocks are the tour's own: other programs stay as they are. */
-function swarm(): void {
-  const { leader, followers } = useStudio.getState();
-  if (followers === null && JSON.stringify(leader).includes("first-forward")) alterBlocks(FIRST_SWARM.leader, FIRST_SWARM.followers);
-  if (useStudio.getState().followers !== null) useStudio.setState({ editor: "followers" });
-}
-
-/** What each step does; after the welcome the tour goes on with a page of its own. */
-const ACTS = { welcome: () => void replaceBy(BLANK), blocks: first, followers: swarm, drive: playWhenReady };
-
-/** The tour of a first visit: what drives there, then build with blocks, tell the followers, let the swarm drive. */
+/** The tour of a first visit: what drives there; then one drag, one choice and one Play by the user's own hand. */
 export function Tour() {
-  const t = useTexts();
-  const toured = useSettings((settings) => settings.toured);
-  const [at, setAt] = useState(0);
+  const shows = useTour((tour) => tour.shows);
   const isOpening = useStudio((studio) => studio.isOpening);
-  const step = isOpening ? "welcome" : STEPS[at]!;
+  // A mission says itself what is to be done.
+  useEffect(() => useStudio.subscribe(({ mission }) => mission && endTour()), []);
+  if (!shows) return null;
+  return isOpening ? <Card step="welcome" onNext={begin} /> : <Steps />;
+}
 
+/** Begin with the tour's own page, unless there is work that its user doesn't want to lose. */
+export function begin(): void {
+  void replaceBy(TOURED).then((isOpen) => {
+    if (!isOpen) return;
+    useStudio.setState({ editor: "followers" });
+    showTour();
+  });
+}
+
+/** What is to be done, one after another; a step that is done, or skipped, brings the next. */
+function Steps() {
+  const [skipped, setSkipped] = useState(0);
+  const isBuilt = useStudio(hasBlock);
+  // Without a block there is nothing to choose.
+  const isChosen = useStudio((studio) => !hasBlock(studio) || turns(studio));
+  const drives = useMat(({ state }) => state?.playing ?? false);
+  const isDone = { drag: isBuilt, choose: isChosen, play: drives };
+  const step = STEPS.find((name, at) => at >= skipped && !isDone[name]);
   useEffect(() => {
-    if (toured) return;
+    if (!step) endTour();
+  }, [step]);
+  if (!step) return null;
+  return (
+    <>
+      <Card step={step} onNext={() => setSkipped(STEPS.indexOf(step) + 1)} />
+      <GhostHand key={step} step={step} />
+    </>
+  );
+}
+
+function Card({ step, onNext }: { step: Step | "welcome"; onNext: () => void }) {
+  const t = useTexts();
+  useEffect(() => {
     document.documentElement.dataset.tour = PLACES[step];
     return () => {
       delete document.documentElement.dataset.tour;
     };
-  }, [step, toured]);
-
-  const end = () => {
-    useSettings.setState({ toured: true });
-    setAt(0);
-  };
-  // A mission says itself what is to be done.
-  useEffect(() => useStudio.subscribe(({ mission }) => mission && end()), []);
-
-  if (toured) return null;
-  const next = () => {
-    ACTS[step]();
-    if (step === "drive") end();
-    else if (step !== "welcome") setAt(at + 1);
-  };
+  }, [step]);
+  const isWelcome = step === "welcome";
   return (
     <aside className={classes("unprinted", dialogs.tour)} data-step={step} aria-labelledby="tour-title">
       <header className="row apart">
         <b id="tour-title">{t(`tour.${step}.title`)}</b>
-        <IconButton icon="close" label={t("tour.skip")} onPress={end} />
+        <IconButton icon="close" label={t("tour.skip")} onPress={endTour} />
       </header>
       <p aria-live="polite">{t(`tour.${step}.text`)}</p>
       <footer className="wrap apart">
-        <span>{step !== "welcome" && t("tour.step", { at: at + 1, of: STEPS.length })}</span>
-        <TextButton primary onPress={next}>{t(`tour.${step}.next`)}</TextButton>
+        <span>{!isWelcome && t("tour.step", { at: STEPS.indexOf(step) + 1, of: STEPS.length })}</span>
+        <TextButton primary={isWelcome} onPress={onNext}>{t(isWelcome ? "tour.welcome.next" : "tour.next")}</TextButton>
       </footer>
     </aside>
   );

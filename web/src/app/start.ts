@@ -21,6 +21,7 @@ import { useQuestion } from "../state/questions";
 import { endEdit, redo, undo } from "../state/history";
 import { own, startOtherTabs } from "../state/otherTabs";
 import { useSettings } from "../state/settings";
+import { showTour } from "../state/tour";
 import { loadFigures, showAlone, toggleSound, useStudio } from "../state/studio";
 import { compileEveryChange } from "../words/compiling";
 
@@ -108,6 +109,7 @@ async function openOpening(): Promise<boolean> {
   if (!project) return false;
   loadProject(project);
   useStudio.setState({ isOpening: true });
+  showTour();
   return true;
 }
 

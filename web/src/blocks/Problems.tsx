@@ -5,6 +5,7 @@ import { useMat } from "../mat/store";
 import { usePython } from "../python/text";
 import { openDrawer, useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
+import { useTour } from "../state/tour";
 import { Icon } from "../ui/icons";
 import { FixButtons } from "./fixes";
 import { showBlock } from "./workspaces";
@@ -33,8 +34,8 @@ export function Problems() {
   const t = useTexts();
   const diagnostics = useStudio(({ compiled }) => compiled?.diagnostics);
   // Until cars were to drive, and while the tour says what to do, nobody is warned that they have no blocks yet.
-  const toured = useSettings((settings) => settings.toured);
-  const isBegun = useMat(({ tMs }) => tMs > 0) && toured;
+  const tours = useTour(({ shows }) => shows);
+  const isBegun = useMat(({ tMs }) => tMs > 0) && !tours;
   const shown = diagnostics?.filter(({ code }) => isBegun || code !== "empty-program");
   const loose = useStudio((studio) => studio.loose[0]);
   const wrongText = useWrongText();

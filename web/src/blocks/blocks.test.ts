@@ -3,7 +3,6 @@ import { beforeAll, describe, expect, it } from "vitest";
 import texts from "virtual:texts/studio";
 import type { EditorName, Profile } from "../api/types";
 import { startTexts } from "../i18n";
-import { FIRST_STEPS } from "../projects/project";
 import { useSettings } from "../state/settings";
 import { refusal, typesIn } from "./clipboard";
 import { DECIDING_BLOCKS } from "./deciding";
@@ -65,8 +64,8 @@ describe("the blocks", () => {
 
   it("keep what they are loaded with, even seconds that no car can do", () => {
     const workspace = new Blockly.Workspace();
-    const state = structuredClone(FIRST_STEPS.leader) as { blocks: { blocks: { next: { block: { fields: object } } }[] } };
-    state.blocks.blocks[0]!.next.block.fields = { DIRECTION: "left", SPEED: "3", SECONDS: 0.5 };
+    const drive = { type: "motorcade_drive", id: "drive", fields: { DIRECTION: "left", SPEED: "3", SECONDS: 0.5 } };
+    const state = { blocks: { languageVersion: 0, blocks: [{ type: "motorcade_leader", id: "hat", x: 24, y: 24, next: { block: drive } }] } };
     Blockly.serialization.workspaces.load(state, workspace);
     expect(Blockly.serialization.workspaces.save(workspace)).toMatchObject(state);
   });

@@ -15,28 +15,15 @@ import type { Place } from "./keeper";
 
 export const BLANK: OpenedProject = { name: "", leader: {}, followers: null, profile: "classroom", mat: EMPTY_MAT, range_mm: null };
 
-const drive = (id: string, direction: string, seconds: number, next?: object) => ({
-  type: "motorcade_drive",
-  id,
-  fields: { DIRECTION: direction, SPEED: "2", SECONDS: seconds },
-  ...(next && { next: { block: next } }),
-});
-
-const firstTwo = (whose: string) => drive(`${whose}-forward`, "forward", 3, drive(`${whose}-left`, "left", 1));
-const under = (hat: string, next: object, fields?: object): WorkspaceState => ({
-  blocks: { languageVersion: 0, blocks: [{ type: hat, id: hat, x: 24, y: 24, ...(fields && { fields }), next: { block: next } }] },
-});
-
-/** Forward for three seconds, left for one: what a first look at the blocks shows. */
-export const FIRST_STEPS: Pick<OpenedProject, "leader" | "followers"> = {
-  leader: under("motorcade_leader", firstTwo("first")),
-  followers: null,
-};
-
-/** The followers do the same, and pass the words on: the compiler gives such words tags. */
-export const FIRST_SWARM: Pick<OpenedProject, "leader" | "followers"> = {
-  leader: FIRST_STEPS.leader,
-  followers: under("motorcade_followers", firstTwo("follow"), { ACCEPT_IR: true, FORWARD: true, TAGGED: "auto", DWELL: "auto" }),
+/** What the tour begins with: followers that have no blocks yet, and pass on what they hear. */
+export const TOURED: OpenedProject = {
+  ...BLANK,
+  followers: {
+    blocks: {
+      languageVersion: 0,
+      blocks: [{ type: "motorcade_followers", id: "motorcade_followers", x: 24, y: 24, fields: { ACCEPT_IR: true, FORWARD: true, TAGGED: "auto", DWELL: "auto" } }],
+    },
+  },
 };
 
 const SAVED_PARTS = ["name", "leader", "followers", "python", "mat", "rangeMm"] as const;

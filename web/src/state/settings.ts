@@ -20,7 +20,7 @@ interface Settings {
   levelBefore: Level | null;
   /** What is looked up below blocks and stage, and whether it shows. */
   drawer: { tab: DrawerTab; open: boolean };
-  /** Whether the tour was ended or skipped. */
+  /** Whether the tour was shown. */
   toured: boolean;
   /** The port of the last upload. */
   port: string | null;
