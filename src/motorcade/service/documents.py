@@ -31,7 +31,7 @@ EXAMPLES: dict[str, Difficulty] = {
 }
 
 # What a project keeps of the page beside its blocks.
-_SETTINGS = ("range_mm", "python", "level")
+_SETTINGS = ("range_mm", "python", "level", "car")
 
 # Other files of Motorcade that users open by mistake: the format's name, and the sentence that says where they belong.
 _NO_PROJECTS = {
@@ -46,7 +46,7 @@ def project_text(project: Project) -> str:
 
     Blocks that aren't a valid program yet are stored too; the file's program has no steps then.
     """
-    settings = {name: value for name in _SETTINGS if (value := getattr(project, name)) is not None}
+    settings = {name: value for name in _SETTINGS if (value := msgspec.to_builtins(getattr(project, name))) is not None}
     view = {"leader": project.leader, "followers": project.followers, **settings}
     if project.mat is None:
         beside = {"view": view}
