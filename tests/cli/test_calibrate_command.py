@@ -19,7 +19,7 @@ def test_a_pupil_measures_a_car_and_gets_its_profile(tmp_path):
     ran = run("calibrate", "--no-upload", "-o", profile, typed=typed(ANSWERS))
     assert ran.code == 0, ran.err
     assert "'far' is no way" in ran.err
-    assert "went no farther than the move before" in ran.err
+    assert "went no farther than in the move" in ran.err
     assert "Move 6 of 6: turn right for 3 s" in ran.err
     assert "Turn rates of levels 1 to 3: 2" in ran.out
     measured = load_profile("mine.toml", tmp_path)
@@ -52,4 +52,4 @@ def test_what_can_be_no_profile_is_refused_before_anybody_measures(tmp_path):
 def test_a_file_of_answers_that_ends_too_early_is_told(tmp_path):
     ran = run("calibrate", "--no-upload", "-o", tmp_path / "mine.toml")
     assert ran.code == 2
-    assert "slowly ahead for 3 s: nothing is measured yet" in ran.err
+    assert "slowly ahead for 3 s': nothing is measured yet" in ran.err

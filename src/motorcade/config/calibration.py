@@ -184,11 +184,13 @@ def told(found: Calibration) -> list[Phrase]:
     # A car that turns by k on a metre comes k / 2 of a metre to the side.
     drift = found.drift_mrad_per_m
     side = "left" if drift.value >= 0 else "right"
+    fastest_cm_ms = found.speeds_mm_s[_FASTEST].value / 1e4
+    rolled = Figure(*(fastest_cm_ms * value for value in found.stopping_ms))
     return [
         Phrase("measured-speeds", values=", ".join(map(str, found.speeds_mm_s))),
         Phrase("measured-turns", values=", ".join(map(str, found.turn_rates_deg_s))),
         Phrase(f"measured-drift-{side}", value=Figure(abs(drift.value) / 20, drift.uncertainty / 20)),
-        Phrase("measured-stopping", value=found.stopping_ms),
+        Phrase("measured-stopping", value=rolled),
         Phrase("measured-duties", left=f"{found.left_percent:.0f}", right=f"{found.right_percent:.0f}"),
     ]
 

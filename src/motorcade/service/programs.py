@@ -52,7 +52,8 @@ def profile_figures() -> list[messages.ProfileFigures]:
         step = gcd(*profile.durations_ms) / 1000
         most = MOST_PIECES * profile.durations_ms[-1] / 1000
         values = {field.name: getattr(profile, field.name) for field in fields(profile)}
-        title = {language: page_text(("mat", "kinds", profile.name), language) or profile.name for language in languages()}
+        titles = {language: page_text(("mat", "kinds", profile.name), language) for language in languages()}
+        title = {language: text or profile.name for language, text in titles.items()}
         figures.append(messages.ProfileFigures(**values, title=title, seconds=messages.Seconds(0, step, most)))
     return figures
 
