@@ -149,14 +149,8 @@ def test_a_program_is_unchanged_after_saving_and_opening(program):
 
 
 def test_a_project_file_stores_the_layout_of_its_blocks(ask):
-    project = {
-        **blocks([wait(1, id="w")]),
-        "mat": MAT,
-        "range_mm": 700,
-        "python": "# mine\n",
-        "level": "python",
-        "car": None,
-    }
+    own = {"mat": MAT, "range_mm": 700, "python": "# mine\n", "level": "python", "car": None}
+    project = {**blocks([wait(1, id="w")]), **own}
     loose = {"type": "motorcade_wait", "id": "loose", "x": 200, "y": 300}
     project["leader"]["blocks"]["blocks"].append(loose)
     text = ask("save-text", project)["text"]

@@ -307,14 +307,7 @@ def with_figures(base: Profile, name: str, **figures: Any) -> Profile:
     """Return ``base`` with another name and other figures, by their keys. Raises MotorcadeError where one can't be."""
     document = {**asdict(base), **figures}
     del document["name"]
-    return profile_from_dict(_plain(document), name)
-
-
-def _plain(value: Any) -> Any:
-    """Return a document with lists in place of tuples, as a file has them."""
-    if isinstance(value, dict):
-        return {key: _plain(part) for key, part in value.items()}
-    return list(value) if isinstance(value, tuple) else value
+    return profile_from_dict(document, name)
 
 
 def profile_text(profile: Profile) -> str:
