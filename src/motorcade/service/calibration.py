@@ -96,11 +96,10 @@ def fit_readings(sent: CarReadings) -> CarFigures:
     return CarFigures(list(map(sentences, told(found))), car, profile_text(profile))
 
 
-def driven_profile(name: str, car: MeasuredCar | None) -> Profile:
-    """Return the profile of that name, with the figures of a car that was measured. Raises MotorcadeError."""
-    profile = built_in_profile(name)
+def driven_as(profile: Profile, car: MeasuredCar | None) -> Profile:
+    """Return ``profile`` with the figures of a car that was measured. Raises MotorcadeError where one can't be."""
     if car is None:
         return profile
     figures = structs.asdict(car)
     wheels = {key: figures.pop(key) for key in ("drift_mrad_per_m", "stopping_ms")}
-    return with_figures(profile, name, **figures, wheels=wheels)
+    return with_figures(profile, profile.name, **figures, wheels=wheels)

@@ -64,7 +64,7 @@ def open_text(text: str | bytes) -> Project:
     program = program_from_dict(document)
     view = document.get("view")
     leader, followers = _stored_blocks(view, program) or blocks_of(program)
-    own = (_setting(view, name) for name in _SETTINGS)
+    own = (setting(view, name) for name in _SETTINGS)
     return Project(leader, followers, program.profile, document.get("mat"), *own)
 
 
@@ -109,7 +109,7 @@ def project_of(program: Program) -> Project:
     return Project(*blocks_of(program), program.profile)
 
 
-def _setting(view: Any, name: str) -> Any:
+def setting(view: Any, name: str) -> Any:
     """Return one stored setting of the page; None where the file has no valid one."""
     kind = next(field.type for field in msgspec.structs.fields(Project) if field.name == name)
     try:

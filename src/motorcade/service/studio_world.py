@@ -10,6 +10,7 @@ from msgspec import structs
 
 from motorcade.car.brain import HOLDS, RUNNING, WORD
 from motorcade.config.files import raised_as
+from motorcade.config.profile import built_in_profile
 from motorcade.engine.events import FRAME as SENT
 from motorcade.engine.events import HEARD, LOSS_REASONS, LOST, START, STATE
 from motorcade.engine.moment import NO_INDEX, RUNS, Event, unpack_moment
@@ -21,7 +22,7 @@ from motorcade.mats.document import mat_of
 from motorcade.missions.check import open_worlds_here
 from motorcade.missions.model import Mission
 from motorcade.missions.odds import OpenWorlds
-from motorcade.service.calibration import driven_profile
+from motorcade.service.calibration import driven_as
 from motorcade.service.deciding import Deciding
 from motorcade.service.messages import MatDocument, MissionChoice
 from motorcade.service.missions import Referee, chosen_mission
@@ -239,7 +240,7 @@ def open_world(
     mat = mat_from(message.mat, most_cars)
     if message.mission:
         check_mission_size(message.mission, most_cars)
-    profile = driven_profile(message.profile, message.car)
+    profile = driven_as(built_in_profile(message.profile), message.car)
     image = NO_PROGRAM
     if message.image is not None:
         image = message.image
