@@ -4,7 +4,7 @@ import json
 
 from motorcade import load_profile
 from motorcade.upload import serial_port
-from support.command_line import refusal, run
+from support.command_line import data, refusal, run
 
 # Six moves: the second is answered badly first, the fourth goes back to the third.
 ANSWERS = ["30 0", "far", "29", "60 1", "89", "-", "88 4; 88 4", "30 0.5", "262", "266"]
@@ -19,7 +19,7 @@ def test_a_pupil_measures_a_car_and_gets_its_profile(tmp_path):
     ran = run("calibrate", "--no-upload", "-o", profile, typed=typed(ANSWERS))
     assert ran.code == 0, ran.err
     assert "'far' is no way" in ran.err
-    assert "went no farther than the move before" in ran.err
+    assert "went no farther than in the move" in ran.err
     assert "Move 6 of 6: turn right for 3 s" in ran.err
     assert "Turn rates of levels 1 to 3: 2" in ran.out
     measured = load_profile("mine.toml", tmp_path)
@@ -52,4 +52,18 @@ def test_what_can_be_no_profile_is_refused_before_anybody_measures(tmp_path):
 def test_a_file_of_answers_that_ends_too_early_is_told(tmp_path):
     ran = run("calibrate", "--no-upload", "-o", tmp_path / "mine.toml")
     assert ran.code == 2
-    assert "slowly ahead for 3 s: nothing is measured yet" in ran.err
+    assert "slowly ahead for 3 s': nothing is measured yet" in ran.err
+
+
+def test_cars_of_a_project_drive_as_the_one_that_it_keeps(tmp_path):
+    project = tmp_path / "mine.motorcade.json"
+    leader = [{"drive": {"direction": "forward", "speed": 1, "seconds": 1}}, {"wait": {"seconds": 3}}]
+    document = {"format": "motorcade-program/1", "profile": "classroom", "leader": leader, "followers": None}
+    figures = {"speeds_mm_s": [0, 50, 200, 300], "turn_rates_deg_s": [0, 30, 60, 90]}
+    car = {**figures, "drift_mrad_per_m": 0, "stopping_ms": 0}
+    ways = []
+    for view in ({}, {"car": car}, {"car": {**car, "stopping_ms": 500}}, {"car": {"speeds_mm_s": "fast"}}):
+        project.write_text(json.dumps({**document, "view": view}), encoding="utf-8")
+        first, last = (data("simulate", project, "--seconds", seconds)["cars"][0]["x"] for seconds in (0.01, 3))
+        ways.append(round(last - first, 2))
+    assert ways == [0.1, 0.05, 0.07, 0.1]

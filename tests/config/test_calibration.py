@@ -105,17 +105,17 @@ def test_the_profile_keeps_what_was_not_measured_and_can_be_read_again():
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
-        ({"slow": [(10.0, 0.0)]}, "slowly ahead for 3 s: 1.0 cm; a car goes 2 to 1000 cm"),
+        ({"slow": [(10.0, 0.0)]}, "slowly ahead for 3 s': 1.0 cm; a car goes 2 to 1000 cm"),
         ({"slow": [(math.nan, 0.0)]}, "slowly ahead"),
         ({"medium": [(math.inf, 0.0)]}, "ahead for 3 s"),
         ({"fast": [(300.0, 800.0)]}, "in a circle"),
         ({"fast": [(-900.0, 0.0)]}, "in a circle"),
-        ({"medium": [(300.0, 0.0)]}, "no farther than the move before"),
+        ({"medium": [(300.0, 0.0)]}, "no farther than in the move 'slowly"),
         ({"short": [(890.0, 0.0)]}, "In one second 89 cm, in three seconds 90 cm"),
-        ({"left": [(0.0,)]}, "turn left for 3 s: 0.0°"),
+        ({"left": [(0.0,)]}, "turn left for 3 s': 0.0°"),
         ({"left": [(math.nan,)]}, "turn left for 3 s"),
         ({"left": [(90.0,)]}, "by 90° to the left and by 270° to the right"),
-        ({"right": []}, "turn right for 3 s: nothing is measured yet"),
+        ({"right": []}, "turn right for 3 s': nothing is measured yet"),
         ({"slow": [(280.0, 150.0)], "fast": [(800.0, -400.0)]}, "don't fit together"),
     ],
 )

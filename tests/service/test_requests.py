@@ -26,7 +26,7 @@ from support.strategies import programs
 from support.studio_programs import blocks
 
 # What a project has beside its blocks where its user chose nothing.
-NO_VIEW = {"range_mm": None, "python": None, "level": None}
+NO_VIEW = {"range_mm": None, "python": None, "level": None, "car": None}
 MAT = {"format": "motorcade-mat/1", "name": "a table", "car": [{"at_m": [0, 0], "role": "leader"}]}
 
 
@@ -151,7 +151,8 @@ def test_a_program_is_unchanged_after_saving_and_opening(program):
 
 
 def test_a_project_file_stores_the_layout_of_its_blocks(ask):
-    project = {**blocks([wait(1, id="w")]), "mat": MAT, "range_mm": 700, "python": "# mine\n", "level": "python"}
+    own = {"mat": MAT, "range_mm": 700, "python": "# mine\n", "level": "python", "car": None}
+    project = {**blocks([wait(1, id="w")]), **own}
     loose = {"type": "motorcade_wait", "id": "loose", "x": 200, "y": 300}
     project["leader"]["blocks"]["blocks"].append(loose)
     text = ask("save-text", project)["text"]
@@ -172,7 +173,7 @@ def test_a_program_changed_in_its_file_gets_a_new_layout(ask):
         {"leader": 3},
         {"leader": {"blocks": 3}},
         {"leader": {}, "followers": 3},
-        {"range_mm": "far", "python": 3, "level": "top"},
+        {"range_mm": "far", "python": 3, "level": "top", "car": {"speeds_mm_s": [0]}},
     ],
 )
 def test_an_invalid_view_is_ignored(ask, view):

@@ -314,6 +314,9 @@ class PlainWorld:
 
     def set_way(self, car: int) -> None:
         board = self.boards[car]
+        if self.rules.coast and not board.speed_level:
+            # It rolls on.
+            return
         speed = 0.0 if board.direction in (LEFT, RIGHT) else float(self.rules.speeds[board.speed_level])
         self._drive(car, speed)
 
@@ -397,17 +400,17 @@ class PlainWorld:
                 self.heading[car] = (self.heading[car] + int(self.rules.turns[wheels])) % FULL_TURN
             elif board.speed_level:
                 self._slip(car, wheels)
+            else:
+                self.way[car] = tuple(math.trunc(part * self.rules.coast) for part in self.way[car])
             step = [(part * (self.tick + 1) >> 12) - (part * self.tick >> 12) for part in self.way[car]]
             self.x[car] += step[0] + pushes[car][0]
             self.y[car] += step[1] + pushes[car][1]
 
     def _slip(self, car: int, wheels: int) -> None:
         left, right = self._slips(car)
-        if wheels >> 2 in (LEFT, RIGHT):
-            spin = float(self.rules.turns[wheels]) / self.rules.wheel_turn / 2
-            left, right = -left * spin, right * spin
-        else:
-            left, right = left * self.rules.speeds[wheels & 3], right * self.rules.speeds[wheels & 3]
+        spin = float(self.rules.turns[wheels]) / self.rules.wheel_turn / 2
+        speed = 0.0 if wheels >> 2 in (LEFT, RIGHT) else float(self.rules.speeds[wheels & 3])
+        left, right = left * (speed - spin), right * (speed + spin)
         turned = math.floor((right - left) * self.rules.wheel_turn + 0.5)
         self.heading[car] = (self.heading[car] + turned) % FULL_TURN
         self._drive(car, (left + right) / 2)

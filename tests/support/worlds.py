@@ -9,7 +9,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from motorcade import Followers, Program, avoid, compile_program, forward, led, left, pir, together, voice, wander
-from motorcade.config.profile import Profile
+from motorcade.config.profile import Profile, Wheels
 from motorcade.engine.world import World
 from motorcade.mats import Mat, Person, Physics, Pose, Starts, Voice
 from motorcade.mats.document import check_things
@@ -131,7 +131,7 @@ def physics() -> st.SearchStrategy[Physics]:
 
 @st.composite
 def profiles(draw: st.DrawFn) -> Profile:
-    """Fast cars, small or large, with short or long ranges."""
+    """Fast cars, small or large, with short or long ranges; some bend or roll on."""
     body = replace(
         BRISK.body,
         diameter_mm=draw(st.sampled_from([150, 80, 301])),
@@ -141,7 +141,8 @@ def profiles(draw: st.DrawFn) -> Profile:
         pir_half_angle_deg=draw(st.sampled_from([55, 120, 180])),
     )
     infrared = replace(BRISK.infrared, range_mm=draw(st.sampled_from([1000, 1000, 4000, 300])))
-    return replace(BRISK, body=body, infrared=infrared)
+    wheels = Wheels(draw(st.sampled_from([0, 0, 0, -700])), draw(st.sampled_from([0, 0, 0, 150])))
+    return replace(BRISK, body=body, infrared=infrared, wheels=wheels)
 
 
 def contents(world: World, which: int = 0) -> dict[str, np.ndarray]:

@@ -1,12 +1,12 @@
 """Ask at a terminal what a ruler shows after the moves of a car that is measured."""
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import typer
 
 from motorcade.cli.output import print_note, print_problem, translated
-from motorcade.config.calibration import MOVES, Calibration, Figure, Move, Reading, check_readings, readings_of
+from motorcade.config.calibration import MOVES, Move, Reading, check_readings, readings_of
 from motorcade.errors import MotorcadeError
 
 # What a person types to measure the move before once more.
@@ -50,23 +50,3 @@ def _answer(question: str, move: Move) -> str:
         if sys.stdin.isatty():
             raise
         raise MotorcadeError("reading-missing", move=move.title) from None
-
-
-def figure_lines(found: Calibration) -> Iterator[str]:
-    """Yield a sentence for each thing that was measured, with its uncertainty."""
-    yield translated("measured-speeds", values=_listed(found.speeds_mm_s))
-    yield translated("measured-turns", values=_listed(found.turn_rates_deg_s))
-    # A car that turns by k on a metre comes k / 2 of a metre to the side.
-    drift = found.drift_mrad_per_m
-    key = "measured-drift-left" if drift.value >= 0 else "measured-drift-right"
-    yield translated(key, value=_shown(Figure(abs(drift.value) / 20, drift.uncertainty / 20)))
-    yield translated("measured-stopping", value=_shown(found.stopping_ms))
-    yield translated("measured-duties", left=f"{found.left_percent:.0f}", right=f"{found.right_percent:.0f}")
-
-
-def _listed(figures: tuple[Figure, ...]) -> str:
-    return ", ".join(map(_shown, figures))
-
-
-def _shown(figure: Figure) -> str:
-    return f"{figure.value:.1f} ± {figure.uncertainty:.1f}"

@@ -17,12 +17,11 @@ if TYPE_CHECKING:
     from motorcade.config.profile import Profile
     from motorcade.fleet.places import Place
     from motorcade.mats import Mat
+    from motorcade.service.messages import MeasuredCar
 
 DEFAULT_PROFILE = "classroom"
 # A frame has 36 bits; a number with more digits than this is none that anything here takes.
 _MOST_OF_A_NUMBER = 80
-# The page lets infrared reach so far.
-_MOST_RANGE_MM = 20_000
 # How an address of a drive server is printed beside others.
 DRIVE_SCHEME = "drive://"
 # A list of cars in the folder where a command runs is read without being named.
@@ -154,6 +153,7 @@ class OwnWorld(NamedTuple):
 
     mat: "Mat | None" = None
     range_mm: int | None = None
+    car: "MeasuredCar | None" = None
 
 
 def own_world(source: Path) -> OwnWorld:
@@ -165,6 +165,7 @@ def own_world(source: Path) -> OwnWorld:
     from motorcade.mats.document import mat_of
     from motorcade.program.files import PYTHON, is_project
     from motorcade.program.model import read_program
+    from motorcade.service.documents import setting
 
     data = read_bytes(source)
     if source.suffix == PYTHON or not is_project(data, source):
@@ -173,10 +174,8 @@ def own_world(source: Path) -> OwnWorld:
     mat = None
     if "mat" in beside:
         mat = mat_of(beside["mat"], Phrase("mat-named", name=source.name))
-    range_mm = beside.get("view", {}).get("range_mm")
-    if not isinstance(range_mm, int) or not 0 < range_mm <= _MOST_RANGE_MM:
-        range_mm = None
-    return OwnWorld(mat, range_mm)
+    view = beside.get("view")
+    return OwnWorld(mat, setting(view, "range_mm"), setting(view, "car"))
 
 
 def image_of(source: Path, profile_name: str, place: str = "") -> "tuple[bytes, Profile]":

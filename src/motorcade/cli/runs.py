@@ -66,6 +66,7 @@ def _simulate(
         from motorcade.mats import read_mat
         from motorcade.runs.recording import DATA_ENDING
         from motorcade.runs.running import simulate
+        from motorcade.service.calibration import driven_as
         from motorcade.words.image import parse_image_bytes
 
         own = options.own_world(source)
@@ -78,6 +79,7 @@ def _simulate(
             place = own.mat
         if own.range_mm and place is own.mat:
             chosen = dataclasses.replace(chosen, infrared=dataclasses.replace(chosen.infrared, range_mm=own.range_mm))
+        chosen = driven_as(chosen, own.car)
         if followers is None:
             followers = 0
             if parse_image_bytes(image).followers:

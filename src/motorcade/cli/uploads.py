@@ -101,8 +101,8 @@ def _calibrate(
     profile: str = "classroom",
     as_json: options.Json = False,
 ) -> None:
-    from motorcade.cli.calibrating import ask_readings, figure_lines
-    from motorcade.config.calibration import Move, fit, measured_profile, profile_text
+    from motorcade.cli.calibrating import ask_readings
+    from motorcade.config.calibration import Move, fit, measured_profile, profile_text, told
     from motorcade.config.files import raised_as
     from motorcade.service.calibration import move_image
 
@@ -123,7 +123,7 @@ def _calibrate(
     found = fit(ask_readings(send))
     measured = measured_profile(found, base, output.name)
     options.write_file(output, profile_text(measured).encode())
-    lines = [*figure_lines(found), translated("profile-written", file=output)]
+    lines = [*map(sentence_of, told(found)), translated("profile-written", file=output)]
     print_result({"file": str(output), **asdict(found)}, "\n".join(lines), as_json)
 
 

@@ -80,6 +80,9 @@ class Figure(NamedTuple):
     value: float
     uncertainty: float
 
+    def __str__(self) -> str:
+        return f"{self.value:.1f} ± {self.uncertainty:.1f}"
+
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
@@ -174,6 +177,22 @@ def fit(readings: Readings) -> Calibration:
         figures[_STOPPING] = 0.0
         _fitted(figures, places[:_STOPPING], rows)
     return _calibration(figures, errors)
+
+
+def told(found: Calibration) -> list[Phrase]:
+    """Return a sentence for each thing that was measured, with its uncertainty."""
+    # A car that turns by k on a metre comes k / 2 of a metre to the side.
+    drift = found.drift_mrad_per_m
+    side = "left" if drift.value >= 0 else "right"
+    fastest_cm_ms = found.speeds_mm_s[_FASTEST].value / 1e4
+    rolled = Figure(*(fastest_cm_ms * value for value in found.stopping_ms))
+    return [
+        Phrase("measured-speeds", values=", ".join(map(str, found.speeds_mm_s))),
+        Phrase("measured-turns", values=", ".join(map(str, found.turn_rates_deg_s))),
+        Phrase(f"measured-drift-{side}", value=Figure(abs(drift.value) / 20, drift.uncertainty / 20)),
+        Phrase("measured-stopping", value=rolled),
+        Phrase("measured-duties", left=f"{found.left_percent:.0f}", right=f"{found.right_percent:.0f}"),
+    ]
 
 
 def _calibration(figures: list[float], errors: list[float]) -> Calibration:
@@ -272,22 +291,23 @@ def _mean(values: Iterable[float]) -> float:
 
 def measured_profile(found: Calibration, base: Profile, name: str) -> Profile:
     """Return ``base`` with what was measured, in whole numbers as profiles have them. Raises MotorcadeError."""
-    document: dict[str, Any] = {**asdict(base)}
+    return with_figures(
+        base,
+        name,
+        speeds_mm_s=(0, *(round(figure.value) for figure in found.speeds_mm_s)),
+        turn_rates_deg_s=(0, *(round(figure.value) for figure in found.turn_rates_deg_s)),
+        wheels={
+            "drift_mrad_per_m": round(found.drift_mrad_per_m.value),
+            "stopping_ms": round(found.stopping_ms.value),
+        },
+    )
+
+
+def with_figures(base: Profile, name: str, **figures: Any) -> Profile:
+    """Return ``base`` with another name and other figures, by their keys. Raises MotorcadeError where one can't be."""
+    document = {**asdict(base), **figures}
     del document["name"]
-    for key in ("speeds_mm_s", "turn_rates_deg_s"):
-        document[key] = (0, *(round(figure.value) for figure in getattr(found, key)))
-    document["wheels"] = {
-        "drift_mrad_per_m": round(found.drift_mrad_per_m.value),
-        "stopping_ms": round(found.stopping_ms.value),
-    }
-    return profile_from_dict(_plain(document), name)
-
-
-def _plain(value: Any) -> Any:
-    """Return a document with lists in place of tuples, as a file has them."""
-    if isinstance(value, dict):
-        return {key: _plain(part) for key, part in value.items()}
-    return list(value) if isinstance(value, tuple) else value
+    return profile_from_dict(document, name)
 
 
 def profile_text(profile: Profile) -> str:

@@ -11,8 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from motorcade.car.board import make_levels
-from motorcade.config.check import Schema, flag, list_of, load, table, whole
+from motorcade.config.check import Schema, choice, flag, list_of, load, table, whole
 from motorcade.config.files import parse, read_text
+from motorcade.devices import DEVICES
+from motorcade.devices.motor import MOTOR
 from motorcade.errors import InputError, Phrase
 from motorcade.words.infrared import NEWER_SLOTS, air_us
 
@@ -114,7 +116,7 @@ class DriveLimits:
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """One kind of car. Each tuple is indexed by the level that stands in a word."""
+    """One kind of car. Each tuple but ``lacks``, names of devices, is indexed by the level that stands in a word."""
 
     name: str
     durations_ms: tuple[int, ...]
@@ -123,6 +125,7 @@ class Profile:
     turn_rates_deg_s: tuple[int, ...]
     avoid_radii_mm: tuple[int, ...]
     idle_state_ms: int
+    lacks: tuple[str, ...]
     infrared: Infrared
     serial: Serial
     body: Body
@@ -156,7 +159,10 @@ def profile_schema() -> Schema:
         if not schema["required"]:
             schema["default"] = {}
         tables[name] = schema
-    return table(**lists, idle_state_ms=whole(1, _MOST), **tables)
+    # Every car has wheels.
+    devices = (device.name for device in DEVICES if device.steps and device is not MOTOR)
+    lacks = list_of(choice(*devices), default=[])
+    return table(**lists, idle_state_ms=whole(1, _MOST), lacks=lacks, **tables)
 
 
 def _levels(count: int, starts_at_zero: bool) -> Schema:
@@ -217,6 +223,7 @@ def profile_from_dict(document: Any, name: str) -> Profile:
         if list(levels) != sorted(set(levels)):
             raise InputError("levels-not-rising", file=file, key=key, value=values[key])
         values[key] = levels
+    values["lacks"] = tuple(values["lacks"])
     for key, kind in _TABLES.items():
         values[key] = kind(**values[key])
     profile = Profile(name=name, **values)

@@ -17,7 +17,7 @@ from motorcade.car.brain import LEFT, RIGHT
 from motorcade.engine.backend import in_kernel
 from motorcade.engine.cells import cell_of, cells_around
 from motorcade.engine.geometry import FAR_UM, cosine, disc_in_cone, mix, segment_in_cone, sine
-from motorcade.engine.state import CarArrays, Cells, Obstacles, People, Rules
+from motorcade.engine.state import DRIVEN, CarArrays, Cells, Obstacles, People, Rules
 from motorcade.mats.plane import nearest_of_segment
 
 # The displacement of a car is how far it moves in a tick, in x and y, in units of 2^-DISPLACEMENT_BITS µm.
@@ -302,8 +302,13 @@ def turns(wheels: int) -> bool:
 
 @in_kernel
 def set_displacement(i: int, wheels: int, cars: CarArrays, rules: Rules) -> None:
-    """Set the wheels of car ``i`` and its displacement: straight along the heading, or none when it turns."""
+    """Set the wheels of car ``i`` and its displacement: straight along the heading, or none when it turns.
+
+    A car that is told to stand and rolls on keeps its displacement: `_slip` slows it down.
+    """
     cars.wheels[i] = wheels
+    if rules.coast > 0.0 and wheels & 3 == 0:
+        return
     length = 0.0
     if wheels >> 2 != LEFT and wheels >> 2 != RIGHT:
         length = rules.speeds[wheels & 3]
@@ -321,22 +326,24 @@ def _set_displacement_along(i: int, length: float, cars: CarArrays, rules: Rules
 def _slip(i: int, seed: int, now: int, cars: CarArrays, rules: Rules) -> None:
     """Apply wheel noise: the speed of each wheel is off by a normally distributed share, drawn every NOISE_MS.
 
-    With wheel speeds l and r, the car drives (l + r) / 2 and turns by (r - l) / wheel base.
+    With wheel speeds l and r, the car drives (l + r) / 2 and turns by (r - l) / wheel base. A car whose wheels differ
+    by themselves turns while it drives on, and one that is told to stand rolls on.
     """
     wheels = int(cars.wheels[i])
     speed = rules.speeds[wheels & 3]
     if speed == 0.0:
+        if wheels != DRIVEN:
+            cars.displacement_x[i] = int(float(cars.displacement_x[i]) * rules.coast)
+            cars.displacement_y[i] = int(float(cars.displacement_y[i]) * rules.coast)
         return
     bits = mix(seed, cars.number[i], now // NOISE_MS)
     left = 1.0 + rules.wheel_noise * rules.normals[bits & 1023]
     right = 1.0 + rules.wheel_noise * rules.normals[bits >> 10 & 1023]
-    if wheels >> 2 == LEFT or wheels >> 2 == RIGHT:
+    if turns(wheels):
         # When a car turns on the spot, one wheel goes back as fast as the other goes forward.
-        turn = float(rules.turns[wheels])
-        spin = turn / rules.wheel_turn / 2.0
-        left, right = -left * spin, right * spin
-    else:
-        left, right = left * speed, right * speed
+        speed = 0.0
+    spin = float(rules.turns[wheels]) / rules.wheel_turn / 2.0
+    left, right = left * (speed - spin), right * (speed + spin)
     turned = math.floor((right - left) * rules.wheel_turn + 0.5)
     cars.heading[i] = (int(cars.heading[i]) + turned) & 0xFFFFFFFF
     _set_displacement_along(i, (left + right) / 2.0, cars, rules)

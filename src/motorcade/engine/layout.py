@@ -5,12 +5,13 @@ This module needs no NumPy, which a browser doesn't have: arrays are buffers unt
 
 import math
 from collections.abc import Sequence
+from dataclasses import astuple
 from fractions import Fraction
 from functools import lru_cache
 from itertools import accumulate, chain
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from motorcade.car.brain import AVOID_RADII_MM, LEFT, RIGHT, SIZE, VOICE_GO, VOICE_STOP
+from motorcade.car.brain import AVOID_RADII_MM, FORWARD, LEFT, RIGHT, SIZE, VOICE_GO, VOICE_STOP
 from motorcade.car.decisions import SIZE as DECISIONS
 from motorcade.config.profile import Profile, levels_of
 from motorcade.engine.backend import Backend, allocate_all
@@ -58,6 +59,8 @@ _OBSTACLE_CELL_UM = 250_000.0
 # A displacement is 32 bits of 2^-12 µm.
 _LONGEST_WAY_UM = 480_000
 _FEW_OBSTACLE_CELLS = 1 << 14
+# Wheel noise that moves no car by a part of a µm, yet lets the kernels compute each tick's way anew.
+_LITTLE_NOISE = 1e-12
 
 
 class Standing(NamedTuple):
@@ -80,6 +83,9 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
     for level, rate in enumerate(profile.turn_rates_deg_s):
         turns[LEFT * 4 + level] = round(rate * tick_ms / 360_000 * FULL_TURN)
         turns[RIGHT * 4 + level] = -turns[LEFT * 4 + level]
+    for level, speed in enumerate(speeds):
+        # mrad/m times µm is 1e-9 rad.
+        turns[FORWARD * 4 + level] = round(profile.wheels.drift_mrad_per_m * speed * 1e-9 / math.tau * FULL_TURN)
     wheel_turn = FULL_TURN / math.tau / (body.wheel_base_mm * 1000)
     of_wheels = max(max(speeds), max(turns) / wheel_turn / 2 if physics.wheel_noise else 0.0)
     fastest = math.ceil(of_wheels * (1 + MOST_NORMAL * physics.wheel_noise))
@@ -111,7 +117,8 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
         range=profile.infrared.range_mm * 1000.0,
         beam_cos=_cosine(physics.beam_half_angle_deg) if physics.beam_half_angle_deg < 180 else -2.0,
         capture=float(physics.capture_ratio or 0.0),
-        wheel_noise=float(physics.wheel_noise),
+        wheel_noise=float(physics.wheel_noise) or _LITTLE_NOISE * any(astuple(profile.wheels)),
+        coast=profile.wheels.stopping_ms / (profile.wheels.stopping_ms + tick_ms),
         floor_ahead=profile.floor.ahead_mm * 1000.0,
         floor_aside=profile.floor.apart_mm * 500.0,
         floor_step=_floor_step(profile, float(fastest), max(turns)),

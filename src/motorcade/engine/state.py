@@ -168,7 +168,8 @@ class Rules(NamedTuple):
     range: float
     beam_cos: float  # -2: in all directions
     capture: float  # 0: no frame survives a collision
-    wheel_noise: float
+    wheel_noise: float  # above 0 too where wheels differ by themselves, or cars roll on: no way is straight then
+    coast: float  # the share of its displacement that a car which rolls on keeps in a tick; 0: it stops at once
     floor_ahead: float  # µm of the floor sensors in front of the axle
     floor_aside: float  # and to either side
     floor_step: float  # µm a tick that a floor sensor moves at most

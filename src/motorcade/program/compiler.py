@@ -31,7 +31,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from motorcade.config.profile import Profile, built_in_profile
+from motorcade.devices import DEVICES
 from motorcade.errors import Phrase
+from motorcade.program.conditions import Sensing
 from motorcade.program.diagnostics import Diagnostic, Fix, ProgramError, error, has_errors, warning
 from motorcade.program.expansion import (
     Expander,
@@ -43,9 +45,10 @@ from motorcade.program.expansion import (
     literal_round,
     longest_dwell_ms,
 )
+from motorcade.program.flow_steps import conditions_of
 from motorcade.program.fragments import IN_TURN_STEP, ToldStep
 from motorcade.program.leader import Leader
-from motorcade.program.model import Followers, Program
+from motorcade.program.model import Followers, Program, placed_steps
 from motorcade.program.parts import MOST_PIECES, cut, durations_in, nearest_sums, to_ms
 from motorcade.program.steps import RepeatStep, Step
 from motorcade.words.flow import IN_TURN
@@ -58,6 +61,9 @@ _FORWARD = CONTROL.field("forward").word_mask
 _TARGET_AT, _VALUE_AT = FLOW.field("target").low, FLOW.field("value").low
 # How many longer lengths of a together are tried. Among shorter ones 0 s is always possible.
 _MOST_TRIES = 100
+# What a car needs for a step of a kind, and for a condition.
+_DEVICE_OF_STEP = {step.kind: device.name for device in DEVICES for step in device.steps}
+_DEVICE_OF_SENSE = {"obstacle": "ultrasonic", "person": "pir", "voice": "voice", "floor": "floor"}
 
 
 @dataclass(frozen=True)
@@ -101,6 +107,7 @@ def compile_program(program: Program, profile: Profile | None = None) -> Compile
     leader = Leader(program, profile)
     followers = _Followers(program.followers, profile, leader.told, leader.has_tells)
     diagnostics = [*leader.diagnostics, *_wrong_leader(program, leader, profile), *followers.diagnostics]
+    diagnostics += _lacking(program, profile)
     words: tuple[int, ...] = ()
     origins: tuple[tuple[str, str | None], ...] = ()
     if not has_errors(diagnostics):
@@ -124,6 +131,21 @@ def compile_program(program: Program, profile: Profile | None = None) -> Compile
         origins,
         leader.counters,
     )
+
+
+def _lacking(program: Program, profile: Profile) -> Iterator[Diagnostic]:
+    """Yield a warning for each step that needs what cars of the profile lack."""
+    for path, step in placed_steps(program):
+        conditions = list(conditions_of(step))
+        needed = {_DEVICE_OF_STEP.get(step.kind)}
+        while conditions:
+            condition = conditions.pop()
+            conditions += condition.parts
+            if isinstance(condition, Sensing):
+                needed.add(_DEVICE_OF_SENSE[condition.sense])
+        for device in profile.lacks:
+            if device in needed:
+                yield warning("car-lacks", path, step.id, what=Phrase(f"lacks-{device}"))
 
 
 def _wrong_leader(program: Program, leader: Leader, profile: Profile) -> Iterator[Diagnostic]:

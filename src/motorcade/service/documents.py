@@ -35,7 +35,7 @@ EXAMPLES: dict[str, Difficulty] = {
 # What a block has beside what its step says.
 _PLACED = ("x", "y", "next", "icons", "collapsed")
 # What a project keeps of the page beside its blocks.
-_SETTINGS = ("range_mm", "python", "level")
+_SETTINGS = ("range_mm", "python", "level", "car")
 
 # Other files of Motorcade that users open by mistake: the format's name, and the sentence that says where they belong.
 _NO_PROJECTS = {
@@ -50,7 +50,7 @@ def project_text(project: Project) -> str:
 
     Blocks that aren't a valid program yet are stored too; the file's program has no steps then.
     """
-    settings = {name: value for name in _SETTINGS if (value := getattr(project, name)) is not None}
+    settings = {name: value for name in _SETTINGS if (value := msgspec.to_builtins(getattr(project, name))) is not None}
     view = {"leader": project.leader, "followers": project.followers, **settings}
     if project.mat is None:
         beside = {"view": view}
@@ -68,7 +68,7 @@ def open_text(text: str | bytes) -> Project:
     program = program_from_dict(document)
     view = document.get("view")
     leader, followers = _minding(_stored_blocks(view, program) or blocks_of(program))
-    own = (_setting(view, name) for name in _SETTINGS)
+    own = (setting(view, name) for name in _SETTINGS)
     return Project(leader, followers, program.profile, document.get("mat"), *own)
 
 
@@ -113,7 +113,7 @@ def project_of(program: Program) -> Project:
     return Project(*_minding(blocks_of(program)), program.profile)
 
 
-def _setting(view: Any, name: str) -> Any:
+def setting(view: Any, name: str) -> Any:
     """Return one stored setting of the page; None where the file has no valid one."""
     kind = next(field.type for field in msgspec.structs.fields(Project) if field.name == name)
     try:

@@ -223,6 +223,16 @@ class Text(Struct):
 
 
 Level = Literal["start", "words", "python"]
+Figures = Annotated[list[int], Meta(min_length=4, max_length=4)]
+
+
+class MeasuredCar(Struct):
+    """The figures of a car that was measured, as profiles have them: of each level, and of its wheels."""
+
+    speeds_mm_s: Figures
+    turn_rates_deg_s: Figures
+    drift_mrad_per_m: int
+    stopping_ms: int
 
 
 class Project(Blocks):
@@ -232,12 +242,14 @@ class Project(Blocks):
         range_mm: the range of infrared; None for that of the profile.
         python: the program's Python text with its comments; None where nobody opened it.
         level: how much the page shows; None for what its user chose last.
+        car: the cars drive as this one; None for cars of the profile.
     """
 
     mat: MatDocument | None = None
     range_mm: RangeMm | None = None
     python: str | None = None
     level: Level | None = None
+    car: MeasuredCar | None = None
 
 
 # What would change what a car does; `motorcade.service.world_messages.Why` tells what each means.
@@ -314,8 +326,9 @@ class Seconds(Struct):
 
 @dataclass(frozen=True, slots=True)
 class ProfileFigures(Profile):
-    """A profile, and the durations that its steps can have."""
+    """A profile, what people call such cars, and the durations that its steps can have."""
 
+    title: Sentence
     seconds: Seconds
 
 

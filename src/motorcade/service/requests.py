@@ -11,7 +11,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.missions.check import open_worlds_here
 from motorcade.missions.odds import OpenWorlds
 from motorcade.program.diagnostics import ProgramError
-from motorcade.service import library, messages, missions
+from motorcade.service import calibration, library, messages, missions
 from motorcade.service.documents import example, examples, open_file, open_mat, open_text, opening, project_text
 from motorcade.service.history import event_table
 from motorcade.service.library import Storage, mission_library
@@ -116,6 +116,8 @@ def _save_text(project: messages.Project) -> messages.Text:
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "capabilities": Context.list_capabilities,
     "profiles": profile_figures,
+    "calibration/moves": calibration.list_moves,
+    "calibration/fit": calibration.fit_readings,
     "compile": compile_blocks,
     "decompile": decompile_image,
     "blocks-to-python": blocks_to_python,

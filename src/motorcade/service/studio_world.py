@@ -22,6 +22,7 @@ from motorcade.mats.document import mat_of
 from motorcade.missions.check import open_worlds_here
 from motorcade.missions.model import Mission
 from motorcade.missions.odds import OpenWorlds
+from motorcade.service.calibration import driven_as
 from motorcade.service.deciding import Deciding
 from motorcade.service.messages import MatDocument, MissionChoice
 from motorcade.service.missions import Referee, chosen_mission
@@ -239,7 +240,7 @@ def open_world(
     mat = mat_from(message.mat, most_cars)
     if message.mission:
         check_mission_size(message.mission, most_cars)
-    profile = built_in_profile(message.profile)
+    profile = driven_as(built_in_profile(message.profile), message.car)
     image = NO_PROGRAM
     if message.image is not None:
         image = message.image
@@ -251,6 +252,8 @@ def open_world(
         referee = Referee(chosen_mission(message.mission), image)
     if referee:
         _check_fixed(referee.mission, mat, message.range_mm)
+        if message.car:
+            raise _fixed("car")
     with raised_as("bad-world"):
         world = open_worlds(mat, images or [image], profile, [message.seed], True)
         if message.range_mm is not None:

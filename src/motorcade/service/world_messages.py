@@ -7,6 +7,7 @@ from msgspec import UNSET, Meta, Struct, UnsetType, field
 from motorcade.service.messages import (
     ErrorAnswer,
     MatDocument,
+    MeasuredCar,
     MissionChoice,
     RangeMm,
     Remedy,
@@ -28,7 +29,8 @@ class SetWorld(StreamMessage, tag="set"):
     """Build a world; without an image no car has a program.
 
     With a mission its goals are watched (`Goals`), and the world stops at the mission's end. The mat is the mission's.
-    ``counters`` are the names of the leader's counters, as the compiler gives them.
+    ``counters`` are the names of the leader's counters, as the compiler gives them. With ``car`` the cars drive as one
+    that was measured; a mission's never do.
     """
 
     mat: MatDocument
@@ -38,6 +40,7 @@ class SetWorld(StreamMessage, tag="set"):
     range_mm: RangeMm | None = None
     mission: MissionChoice | None = None
     counters: Annotated[list[Annotated[str, Meta(max_length=80)]], Meta(max_length=4)] = field(default_factory=list)
+    car: MeasuredCar | None = None
 
 
 class Play(StreamMessage):

@@ -13,6 +13,7 @@ export type {
   LibraryEntry as SavedProject,
   MissionChoice,
   Port,
+  MeasuredCar,
   ProfileFigures as Profile,
   Project,
   Sentence,
@@ -25,11 +26,12 @@ export type EditorName = "leader" | "followers";
 export const EDITORS: readonly EditorName[] = ["leader", "followers"];
 /** A field of a word: its bits, the group that also determines its colour, and what its value means. */
 export type Field = (typeof FORMATS)[keyof typeof FORMATS][number];
-export interface OpenedProject extends Omit<Project, "python" | "level"> {
+export interface OpenedProject extends Omit<Project, "python" | "level" | "car"> {
   name?: string;
   /** The version of the library that it is. */
   version?: number;
   mission?: MissionChoice | null;
   python?: string | null;
   level?: Project["level"];
+  car?: Project["car"];
 }

@@ -86,6 +86,7 @@ function Work() {
   const t = useTexts();
   const language = useEditorsLanguage();
   const level = useSettings((settings) => settings.level);
+  const kind = useStudio(({ profile, car }) => JSON.stringify([profile, car]));
   const alone = useStudio((studio) => studio.alone);
   const compiled = useStudio((studio) => studio.compiled !== null);
   const shares = useSettings((settings) => settings.shares);
@@ -106,7 +107,7 @@ function Work() {
     <main className={classes("printed-whole", css.work)} data-alone={alone ?? undefined} data-drawer={drawer || undefined} data-larger={larger} data-compiled={compiled || undefined} data-task={isPlayed || isWritten || undefined}>
       <div className={classes("printed-whole", css.blocks)}>
         <MissionStrip />
-        {due ? <Editors key={`${language} ${level}`} /> : <p className={classes("quiet", areas.loading)}>{t("app.loading")}</p>}
+        {due ? <Editors key={`${language} ${level} ${kind}`} /> : <p className={classes("quiet", areas.loading)}>{t("app.loading")}</p>}
         <Problems />
       </div>
       <Divider

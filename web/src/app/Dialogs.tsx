@@ -13,6 +13,7 @@ import { classes } from "../ui/classes";
 const projectDialogs = () => import("../projects/ProjectDialogs");
 const DIALOGS: Record<DialogName, React.ComponentType> = {
   upload: lazy(async () => ({ default: (await import("../upload/UploadDialog")).UploadDialog })),
+  calibration: lazy(async () => ({ default: (await import("../upload/CalibrationDialog")).CalibrationDialog })),
   library: lazy(async () => ({ default: (await projectDialogs()).LibraryDialog })),
   examples: lazy(async () => ({ default: (await projectDialogs()).ExamplesDialog })),
   share: lazy(async () => ({ default: (await projectDialogs()).ShareDialog })),

@@ -38,7 +38,7 @@ function Logo() {
 
 function FileMenu() {
   const t = useTexts();
-  const item = (text: "menu.new" | "menu.open" | "menu.examples" | "menu.library" | "menu.save" | "menu.saveFile" | "menu.share" | "menu.upload" | `export.${"csv" | "svg" | "png" | "print"}`, run: () => void) => (
+  const item = (text: "menu.new" | "menu.open" | "menu.examples" | "menu.library" | "menu.save" | "menu.saveFile" | "menu.share" | "menu.upload" | "menu.calibrate" | `export.${"csv" | "svg" | "png" | "print"}`, run: () => void) => (
     <MenuItem className={controls.menuItem} id={text} onAction={run}>
       {t(text)}
     </MenuItem>
@@ -61,6 +61,7 @@ function FileMenu() {
           {item("menu.share", () => openDialog("share"))}
           <Separator className={controls.menuLine} />
           {item("menu.upload", () => openDialog("upload"))}
+          {item("menu.calibrate", () => openDialog("calibration"))}
           <Separator className={controls.menuLine} />
           <MenuSection>
             <MenuTitle className={controls.menuTitle}>{t("export.title")}</MenuTitle>

@@ -136,6 +136,9 @@ export function prepareEditors(): void {
   if (prepared) return;
   prepared = true;
   defineBlocks(useStudio.getState().profileFigures!);
+  useStudio.subscribe(({ profileFigures }, before) => {
+    if (profileFigures && profileFigures !== before.profileFigures) defineBlocks(profileFigures);
+  });
   registerClipboard();
   registerBlockStops();
   registerKeys();

@@ -32,7 +32,7 @@ export interface Capabilities {
   cars: string;
 }
 
-/** A profile, and the durations that its steps can have. */
+/** A profile, what people call such cars, and the durations that its steps can have. */
 export interface ProfileFigures {
   name: string;
   durations_ms: number[];
@@ -40,11 +40,29 @@ export interface ProfileFigures {
   speeds_mm_s: number[];
   turn_rates_deg_s: number[];
   avoid_radii_mm: number[];
+  title: Sentence;
   seconds: Seconds;
 }
 
 /** The durations that a step can have, in seconds: from ``least`` to ``most``, in steps of ``step``. */
 export interface Seconds { least: number; step: number; most: number }
+
+/** A move of a car that is measured: its key, its title, whether an angle is read, and the image that makes it. */
+export interface CarMove { key: string; title: Sentence; turns: boolean; image: string }
+
+/** What was read after moves, by their keys, as `readings_of` takes it: "88.5 3"; nothing for "". */
+export interface CarReadings { readings: Record<string, string>; profile?: string }
+
+/** What the readings say of the car; no car and no text until each move has one. */
+export interface CarFigures { told: Sentence[]; car: MeasuredCar | null; text: string }
+
+/** The figures of a car that was measured, as profiles have them: of each level, and of its wheels. */
+export interface MeasuredCar {
+  speeds_mm_s: number[];
+  turn_rates_deg_s: number[];
+  drift_mrad_per_m: number;
+  stopping_ms: number;
+}
 
 /** The blocks in both editors, and the profile. */
 export interface Blocks { leader: WorkspaceState; followers?: WorkspaceState | null; profile?: string }
@@ -111,6 +129,7 @@ export interface Project {
   range_mm: number | null;
   python: string | null;
   level: "python" | "start" | "words" | null;
+  car: MeasuredCar | null;
 }
 
 /** The blocks in both editors, and the Python text beside them; an empty text where there is none yet. */
@@ -276,6 +295,7 @@ export interface StoredProject {
   range_mm: number | null;
   python: string | null;
   level: "python" | "start" | "words" | null;
+  car: MeasuredCar | null;
   name: string;
   version: number;
 }
@@ -324,6 +344,7 @@ export interface SetWorld {
   range_mm?: number | null;
   mission?: MissionChoice | null;
   counters?: string[];
+  car?: MeasuredCar | null;
 }
 
 /** Go on, ``speed`` simulated seconds in a real one. */
@@ -567,6 +588,8 @@ export type TrialAnswer = Luck | Failure | Difference | Compared | Refused;
 export interface Requests {
   "capabilities": { message: Nothing; answer: Capabilities };
   "profiles": { message: Nothing; answer: ProfileFigures[] };
+  "calibration/moves": { message: { profile?: string }; answer: CarMove[] };
+  "calibration/fit": { message: CarReadings; answer: CarFigures };
   "compile": { message: Blocks; answer: CompiledBlocks };
   "decompile": { message: { image: string }; answer: Project };
   "blocks-to-python": { message: BlocksAndText; answer: PythonText };

@@ -1,10 +1,11 @@
 import { memo, useEffect, useRef } from "react";
-import { useTexts } from "../i18n";
+import { inLanguage, useTexts } from "../i18n";
 import { openMat, saveMat } from "../projects/actions";
+import { openDialog } from "../state/dialogs";
 import { endEdit } from "../state/history";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { setRange, startHere } from "./actions";
+import { chooseKind, setRange, startHere } from "./actions";
 import { carsOf, followersAt, MOST_FOLLOWERS, MOST_ONE_BY_ONE, positionOf, ROOM_TO_SPARE, withFollowers } from "./cars";
 import { FLOOR_NAMES, floorOf, lossOf, type Mat } from "./document";
 import { withLoss } from "./edits";
@@ -69,6 +70,7 @@ function Conditions() {
   const hello = useMat((now) => now.hello);
   return (
     <>
+      <Kind />
       <Followers />
       <NumberSlider
         label={t("mat.loss")}
@@ -91,6 +93,33 @@ function Conditions() {
       />
       <Seed />
     </>
+  );
+}
+
+/** The choice of the car that was measured; no profile has this name. */
+const OWN = "own car";
+
+/** Which cars these are: those of a profile, or the one that was measured. */
+function Kind() {
+  const t = useTexts();
+  const profiles = useStudio((studio) => studio.profiles);
+  const profile = useStudio((studio) => studio.profile);
+  const car = useStudio((studio) => studio.car);
+  const ownCar = useSettings((settings) => settings.ownCar);
+  const own = car ?? ownCar;
+  const titles = new Map(profiles.map(({ name, title }) => [name, inLanguage(title)]));
+  return (
+    <div className="wrap">
+      <span>{t("mat.kind")}</span>
+      <Choice
+        label={t("mat.kind")}
+        value={car ? OWN : profile}
+        all={[...titles.keys(), ...(own ? [OWN] : [])]}
+        name={(each) => titles.get(each) ?? t("mat.ownCar")}
+        onChange={(chosen) => (chosen === OWN ? chooseKind(profile, own) : chooseKind(chosen, null))}
+      />
+      <ToolButton icon="settings" label={t("menu.calibrate")} wide onPress={() => openDialog("calibration")} />
+    </div>
   );
 }
 

@@ -77,7 +77,7 @@ export class Session {
       }),
       useStudio.subscribe((now, before) => {
         const differs =
-          now.compiled?.image !== before.compiled?.image || now.profile !== before.profile || now.mission !== before.mission;
+          now.compiled?.image !== before.compiled?.image || now.profile !== before.profile || now.car !== before.car || now.mission !== before.mission;
         // The first program is no edit, of which there come many.
         if (differs && this.sent?.beginning === null && now.compiled) this.syncNow();
         else if (differs || now.mat !== before.mat || now.rangeMm !== before.rangeMm) this.sync();
@@ -180,8 +180,8 @@ export class Session {
   }
 
   private beginningWith(mat: Mat): string {
-    const { compiled, profile, mission } = useStudio.getState();
-    return JSON.stringify([compiled?.image ?? null, profile, beginning(mat), mission, ...(compiled?.counters ?? [])]);
+    const { compiled, profile, car, mission } = useStudio.getState();
+    return JSON.stringify([compiled?.image ?? null, profile, car, beginning(mat), mission, ...(compiled?.counters ?? [])]);
   }
 
   private syncNow(): void {
@@ -199,11 +199,11 @@ export class Session {
 
   /** Set a new world, which plays if the one before did, once its program is compiled. */
   private begin(): void {
-    const { mat, rangeMm, compiled, profile, mission } = useStudio.getState();
+    const { mat, rangeMm, compiled, profile, car, mission } = useStudio.getState();
     const { seed } = useMat.getState();
     useMat.setState({ problem: null, goals: null });
     this.take("edit");
-    this.pass({ do: "set", image: compiled?.image ?? null, mat, profile, seed, range_mm: rangeMm, mission, counters: compiled?.counters });
+    this.pass({ do: "set", image: compiled?.image ?? null, mat, profile, car, seed, range_mm: rangeMm, mission, counters: compiled?.counters });
     this.sent = { beginning: this.beginningWith(mat), mat, rangeMm };
     keep("sessionStorage", BEGINNING_KEY, this.sent.beginning!);
     this.starts = null;

@@ -19,7 +19,7 @@ import { isForeign, type Playing, usePair } from "./store";
 const WRITE_MS = 250;
 const AGAIN_MS = 2000;
 /** What of the page belongs to a window: the mat belongs to the leader's. */
-const PARTS = { leader: ["leader", "mat", "rangeMm", "profile"], followers: ["followers"] } as const satisfies Record<EditorName, (keyof Studio)[]>;
+const PARTS = { leader: ["leader", "mat", "rangeMm", "car", "profile"], followers: ["followers"] } as const satisfies Record<EditorName, (keyof Studio)[]>;
 
 const mine = (window: EditorName) => usePair.getState().view?.owners[window] === usePair.getState().me;
 
@@ -77,7 +77,7 @@ export class PairWindow implements Place {
 
   show(): void {
     const { project } = this.held;
-    const parts: Partial<Studio> = this.name === "leader" ? { leader: project.leader, mat: project.mat ?? EMPTY_MAT, rangeMm: project.range_mm, profile: project.profile } : { followers: project.followers };
+    const parts: Partial<Studio> = this.name === "leader" ? { leader: project.leader, mat: project.mat ?? EMPTY_MAT, rangeMm: project.range_mm, car: project.car, profile: project.profile } : { followers: project.followers };
     const differs = (Object.keys(parts) as (keyof Studio)[]).filter((part) => JSON.stringify(useStudio.getState()[part]) !== JSON.stringify(parts[part]));
     this.pair.isFilling = true;
     useStudio.setState(Object.fromEntries(differs.map((part) => [part, parts[part]])));
@@ -173,12 +173,12 @@ export function receive(view: PairView | null, me: string): void {
   } else if (view?.joined) void pair?.follow(view, before!);
 }
 
-const asText = ({ leader, followers, mat, range_mm, profile }: Project) => JSON.stringify([leader, followers, mat ?? EMPTY_MAT, range_mm ?? null, profile]);
+const asText = ({ leader, followers, mat, range_mm, car, profile }: Project) => JSON.stringify([leader, followers, mat ?? EMPTY_MAT, range_mm ?? null, car ?? null, profile]);
 
 /** What the page holds as a project; of a window, only what belongs to it. */
 function projectOf(window?: EditorName): Project {
   const project = { ...openProject(), python: null, level: null };
-  if (window === "followers") return { ...project, leader: {}, mat: null, range_mm: null };
+  if (window === "followers") return { ...project, leader: {}, mat: null, range_mm: null, car: null };
   return window ? { ...project, followers: null } : project;
 }
 

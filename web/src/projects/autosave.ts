@@ -39,9 +39,9 @@ export interface StoredWork extends OpenedProject {
 const COLLECT_MS = 400;
 
 export function workOf(studio: Studio, at: number): StoredWork {
-  const { name, leader, followers, parkedFollowers, profile, python, mat, rangeMm, mission, kept, attempts, unsaved, stored, base } = studio;
+  const { name, leader, followers, parkedFollowers, profile, python, mat, rangeMm, car, mission, kept, attempts, unsaved, stored, base } = studio;
   const version = base?.name === name.trim() ? base.version : undefined;
-  const project = { name, version, leader, followers, parkedFollowers, profile, python, mat, range_mm: rangeMm, mission };
+  const project = { name, version, leader, followers, parkedFollowers, profile, python, mat, range_mm: rangeMm, car, mission };
   return { ...project, kept, attempts, unsaved, stored, at };
 }
 

@@ -26,7 +26,7 @@ export const TOURED: OpenedProject = {
   },
 };
 
-const SAVED_PARTS = ["name", "leader", "followers", "python", "mat", "rangeMm"] as const;
+const SAVED_PARTS = ["name", "leader", "followers", "python", "profile", "mat", "rangeMm", "car"] as const;
 type SavedParts = Pick<Studio, (typeof SAVED_PARTS)[number]>;
 
 export const sameProject = (a: SavedParts, b: SavedParts) => SAVED_PARTS.every((part) => a[part] === b[part]);
@@ -38,8 +38,8 @@ const equalProjects = (a: SavedParts, b: SavedParts) =>
 /** The open project as the server takes it, with the newest edits. */
 export function openProject(): Project {
   collectEdits();
-  const { leader, followers, profile, mat, rangeMm, python } = useStudio.getState();
-  return { leader, followers, profile, mat, range_mm: rangeMm, python, level: useSettings.getState().level };
+  const { leader, followers, profile, mat, rangeMm, car, python } = useStudio.getState();
+  return { leader, followers, profile, mat, range_mm: rangeMm, car, python, level: useSettings.getState().level };
 }
 
 /** Fill page and editors with a project. */
@@ -55,6 +55,7 @@ export function loadProject(project: OpenedProject, parkedFollowers: WorkspaceSt
     python: project.python ?? null,
     mat: project.mat ?? EMPTY_MAT,
     rangeMm: project.range_mm ?? null,
+    car: project.car ?? null,
     mission: project.mission ?? null,
     compiled: null,
     selection: null,

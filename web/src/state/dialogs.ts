@@ -3,7 +3,7 @@
 import { create } from "zustand";
 import { type Studio, useStudio } from "./studio";
 
-export type DialogName = "upload" | "library" | "examples" | "share" | "missions" | "notes" | "run" | "help";
+export type DialogName = "upload" | "calibration" | "library" | "examples" | "share" | "missions" | "notes" | "run" | "help";
 type Tone = "info" | "success" | "warning" | "error";
 
 interface Notice {

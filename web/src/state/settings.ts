@@ -1,6 +1,7 @@
 /** What the user has chosen in this browser, from visit to visit. */
 
 import { create } from "zustand";
+import type { MeasuredCar } from "../api/types";
 import { keep, replaceForbiddenStorage } from "./storage";
 
 export type ThemeName = "light" | "dark" | "contrast";
@@ -32,6 +33,8 @@ interface Settings {
   sound: boolean;
   /** What the user is called where cars are driven; empty for no name, null before the page has asked. */
   userName: string | null;
+  /** The car that was measured last in this browser. */
+  ownCar: MeasuredCar | null;
   /** Whether a program has reached a car from this browser. */
   uploaded: boolean;
   /** The editors' share of the page's width, the leader's share of the editors', and the drawer's share of the height. */
@@ -48,6 +51,7 @@ export const useSettings = create<Settings>(() => ({
   legend: false,
   sound: true,
   userName: null,
+  ownCar: null,
   uploaded: false,
   level: "start",
   levelBefore: null,
@@ -83,6 +87,7 @@ const CHECKS: Record<keyof Settings, Check> = {
   legend: isSwitch,
   sound: isSwitch,
   userName: isTextOrNull,
+  ownCar: (value) => value === null || isObject(value),
   uploaded: isSwitch,
   shares: (value) => isObject(value) && Object.values(value).every(isShare),
 };

@@ -2,7 +2,7 @@
 
 import { useDeferredValue } from "react";
 import { create } from "zustand";
-import type { Capabilities, CompiledBlocks, CompiledWord, EditorName, MissionChoice, Profile, WorkspaceState } from "../api/types";
+import type { Capabilities, CompiledBlocks, CompiledWord, EditorName, MeasuredCar, MissionChoice, Profile, WorkspaceState } from "../api/types";
 import { request, type ServiceState } from "../api/service";
 import type { Mat } from "../generated/world";
 import { useSettings } from "./settings";
@@ -26,6 +26,8 @@ export interface Studio {
   python: string | null;
   /** How far infrared reaches, in millimetres; null: as far as the profile says. */
   rangeMm: number | null;
+  /** The cars drive as this one, which was measured; null: as the profile says. */
+  car: MeasuredCar | null;
   /** The mission that the project is played for. */
   mission: MissionChoice | null;
   /** The user's own project, as it stood when a mission was opened. */
@@ -43,6 +45,9 @@ export interface Studio {
   /** Counts the projects opened: with each, the editors are filled anew. */
   generation: number;
 
+  /** All kinds of cars. */
+  profiles: readonly Profile[];
+  /** The figures of the project's cars. */
   profileFigures: Profile | null;
   /** What the shell that answers can do. */
   capabilities: Capabilities | null;
@@ -64,7 +69,7 @@ export interface Studio {
   loudProjector: boolean;
 }
 
-const OWN_PARTS = ["name", "leader", "followers", "parkedFollowers", "profile", "mat", "python", "rangeMm", "unsaved", "stored", "base"] as const;
+const OWN_PARTS = ["name", "leader", "followers", "parkedFollowers", "profile", "mat", "python", "rangeMm", "car", "unsaved", "stored", "base"] as const;
 type OwnProject = Pick<Studio, (typeof OWN_PARTS)[number]>;
 
 /** What is the user's own of what the page holds. */
@@ -88,6 +93,7 @@ export const useStudio = create<Studio>(() => ({
   mat: EMPTY_MAT,
   python: null,
   rangeMm: null,
+  car: null,
   mission: null,
   kept: null,
   attempts: {},
@@ -96,6 +102,7 @@ export const useStudio = create<Studio>(() => ({
   base: null,
   isOpening: false,
   generation: 0,
+  profiles: [],
   profileFigures: null,
   capabilities: null,
   compiled: null,
@@ -112,8 +119,15 @@ export const useStudio = create<Studio>(() => ({
 /** Load what the page needs before anything can be drawn: what the service can do, and the figures of the cars' profile. */
 export async function loadFigures(): Promise<void> {
   const [capabilities, profiles] = await Promise.all([request("capabilities"), request("profiles")]);
-  useStudio.setState(({ profile }) => ({ capabilities, profileFigures: profiles.find(({ name }) => name === profile) ?? null }));
+  useStudio.setState({ capabilities, profiles });
 }
+
+useStudio.subscribe((now, before) => {
+  const { profile, car, profiles } = now;
+  if (profile === before.profile && car === before.car && profiles === before.profiles) return;
+  const kind = profiles.find(({ name }) => name === profile);
+  useStudio.setState({ profileFigures: kind ? { ...kind, ...(car && { speeds_mm_s: car.speeds_mm_s, turn_rates_deg_s: car.turn_rates_deg_s }) } : null });
+});
 
 const NO_WORDS: readonly CompiledWord[] = [];
 

@@ -84,7 +84,7 @@ export function UploadDialog() {
           <Kind value="several">{t("upload.manyCars")}</Kind>
         </RadioGroup>
       )}
-      {several ? <CarList path={path} image={image} program={program} /> : <OneCar />}
+      {several ? <CarList path={path} image={image} program={program} /> : <OneCar image={image} />}
       {!path && <p className="quiet">{t("upload.noCars")}</p>}
     </Sheet>
   );
@@ -98,9 +98,9 @@ function Kind({ value, children }: { value: string; children: string }) {
   );
 }
 
-function OneCar() {
+/** Send an image to a car at a port; unless it is `brief`, read a car's image back too. */
+export function OneCar({ image, brief = false }: { image: string | null; brief?: boolean }) {
   const t = useTexts();
-  const image = useStudio((studio) => studio.compiled?.image ?? null);
   const hasSerial = useStudio((studio) => studio.capabilities?.serial_ports ?? false);
   const { ports, look } = usePorts(hasSerial);
   const lastUsed = useSettings((settings) => settings.port);
@@ -134,8 +134,8 @@ function OneCar() {
     attempt(async () => {
       const opened = await request("decompile", { image: read });
       closeDialog();
-      const { mat, rangeMm } = useStudio.getState();
-      if (await replaceBy({ ...opened, mat, range_mm: rangeMm })) setTimeout(markUnsaved);
+      const { mat, rangeMm, car } = useStudio.getState();
+      if (await replaceBy({ ...opened, mat, range_mm: rangeMm, car })) setTimeout(markUnsaved);
     });
 
   const busy = progress !== null;
@@ -148,9 +148,11 @@ function OneCar() {
           {t("upload.look")}
         </Button>
       )}
-      <Check checked={verify} onChange={setVerify}>
-        {t("upload.verify")}
-      </Check>
+      {!brief && (
+        <Check checked={verify} onChange={setVerify}>
+          {t("upload.verify")}
+        </Check>
+      )}
       {progress && (
         <ProgressBar value={progress.sent} maxValue={progress.of || 1} isIndeterminate={!progress.of}>
           {({ percentage }) => (
@@ -168,11 +170,13 @@ function OneCar() {
       {!image && <p className="quiet">{t("upload.noImage")}</p>}
       {/* A button that is disabled under the finger would drop the focus out of the dialog: these only wait. */}
       <footer className={controls.sheetFoot}>
-        <TextButton isPending={busy} isDisabled={port === null} onPress={() => void run({ readback: true })}>
-          {t("upload.readBack")}
-        </TextButton>
+        {!brief && (
+          <TextButton isPending={busy} isDisabled={port === null} onPress={() => void run({ readback: true })}>
+            {t("upload.readBack")}
+          </TextButton>
+        )}
         <TextButton
-          primary
+          primary={!brief}
           isPending={busy}
           isDisabled={port === null || !image}
           onPress={() => image && void run({ image, verify })}
