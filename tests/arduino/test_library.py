@@ -57,7 +57,7 @@ def test_an_example_for_another_board_says_so(tools, tmp_path, example, target, 
     assert "Choose it in the menu Tools" in done.stderr
 
 
-@pytest.mark.parametrize("example", ["Uno", "Mega"])
+@pytest.mark.parametrize("example", ["Uno", "Mega", "mBot"])
 def test_an_example_for_an_avr_says_so_on_any_other_chip(gxx, example) -> None:
     done = syntax(gxx, f"examples/{example}/{example}.ino")
     assert done.returncode
