@@ -84,6 +84,7 @@ def test_a_pin_file_says_what_is_where():
         ),
         (PI + "[pixels]\nsignal = 4\n", "a car with the chip Raspberry Pi can't have pixels.signal; leave it out"),
         (UNO + "[servo]\nsignal = 4\n", "can't have servo.signal"),
+        (PI + "[floor]\nleft = 4\nright = 7\nthreshold = 40\n", "can't have floor.threshold; leave it out"),
         (UNO + "[pixels]\nsignal = 4\ncount = 99\n", "pixels.count is 99"),
         (UNO + "[floor]\nleft = 4\nright = 7\ndark = 'black'\n", 'floor.dark is "black"; allowed: "high", "low"'),
         (MEGA + "[infrared]\nsender = 11\n", "this wire can only be at D10"),

@@ -235,9 +235,10 @@ def _check_pins(pins: PinMap, file: str) -> None:
         if pin in chip.taken:
             raise InputError("pin-taken", **place, use=chip.taken[pin])
         measures = pins.threshold_percent(wire.device.key) > 0
+        if measures and not chip.analog:
+            raise InputError("part-not-on-chip", **place | {"wire": f"{wire.device.key}.threshold"})
         if measures and pin not in chip.analog:
-            able = ", ".join(map(chip.label, chip.analog)) or Phrase("nothing")
-            raise InputError("pin-not-analog", **place, pins=able)
+            raise InputError("pin-not-analog", **place, pins=", ".join(map(chip.label, chip.analog)))
         if pin in chip.analog_only and not measures:
             raise InputError("pin-only-measures", **place)
         if pin not in chip.only.get(name, (pin,)):
