@@ -94,8 +94,8 @@ def test_the_board_keeps_the_contract(car, clock, pins, parts):
 
 def test_floor_sensors_may_be_low_over_dark(car, pins):
     board = car(ENABLED + SENSORS.replace("right = 21\n", 'right = 21\ndark = "low"\n')).board
-    for left, right, dark in ((0, 0, 3), (1, 0, 2), (0, 1, 1), (1, 1, 0)):
-        for number, level in ((20, left), (21, right)):
+    for first, second, dark in ((0, 0, 3), (1, 0, 2), (0, 1, 1), (1, 1, 0)):
+        for number, level in ((20, first), (21, second)):
             (pins.pin(number).drive_high if level else pins.pin(number).drive_low)()
         assert board.dark_floor() == dark
 
