@@ -38,16 +38,18 @@ def _drawing(car: str, language: str) -> str:
 def wiring_table(car: str, language: str) -> str:
     """Return the wires of one of `PIN_FILES` as a table in Markdown."""
     pins = load_pins(ROOT / PIN_FILES[car])
-    columns = ["part", "supply", "terminal", "pin"]
+    columns = ["part", "terminal", "supply", "components", "pin"]
     if pins.sources:
-        columns.remove("supply")
+        columns = ["part", "terminal", "pin"]
     heads = [text("command_line", f"column-{key}", {}, language) for key in columns]
     lines = [heads, ["---"] * len(heads)]
-    before = ""
+    before = ("", "")
     for row in wiring_rows(pins, language):
-        shown = {"part": row.part, "supply": row.supply, "terminal": row.terminal, "pin": row.label}
-        if row.part == before:
-            shown |= {"part": "", "supply": ""}
+        shown = {**row._asdict(), "pin": row.label}
+        if row.part == before[0]:
+            shown["part"] = ""
+        if (row.part, row.supply) == before:
+            shown["supply"] = ""
         lines.append([shown[key] for key in columns])
-        before = row.part
+        before = (row.part, row.supply)
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)

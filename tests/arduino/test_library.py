@@ -17,6 +17,24 @@ MOST_RAM_BYTES = 1638
 HERE = Path(__file__).parent
 VOICE = VoiceMap(9600, ((b"\xaa\x01", VOICE_STOP), (b"\xaa\x02", VOICE_GO)))
 
+FULLEST = """
+format = "motorcade-pins/1"
+name = "Fullest"
+chip = "arduino-uno"
+left_motor = {direction = 7, enable = 6, forward_is = "low"}
+right_motor = {forward = 4, backward = 8, enable = 5}
+motor_driver = {standby = 3}
+leds = {led_0 = "A4", led_1 = "A5", led_2 = 10}
+pixels = {signal = 13, count = 2}
+ultrasonic = {signal = "A3"}
+floor = {left = "A0", right = "A1", dark = "low", threshold = 40}
+pir = {output = 12}
+infrared = {receiver = 2, sender = 11}
+voice = {receive = 9}
+button = {signal = "A7", threshold = 5}
+horn = {signal = "A2"}
+"""
+
 
 @pytest.mark.parametrize(
     ("example", "target"),
@@ -46,6 +64,15 @@ def test_a_car_with_a_voice_module_or_without_most_parts_compiles(compiled, file
         assert program.flash_bytes <= (MOST_FLASH_BYTES if target is UNO else 64 * 1024)
 
 
+def test_the_fullest_car_of_an_unos_chip_fits(compiled) -> None:
+    pins = parse_pins(FULLEST, "fullest.toml")
+    own = sketch_files(pins, CLASSROOM, is_leader=False, number=7, voice=VOICE)
+    program = compiled("examples/Car", UNO, {**library_files(), **own})
+    assert program.flash_bytes <= MOST_FLASH_BYTES
+    # The deepest stack comes to that.
+    assert program.ram_bytes <= MOST_RAM_BYTES - 160
+
+
 @pytest.mark.parametrize(("example", "target", "board"), [("Uno", MEGA, "Arduino Uno"), ("Mega", UNO, "Arduino Mega")])
 def test_an_example_for_another_board_says_so(tools, tmp_path, example, target, board) -> None:
     """Otherwise an Uno's pins give a Mega's carrier to a motor."""
@@ -57,7 +84,7 @@ def test_an_example_for_another_board_says_so(tools, tmp_path, example, target, 
     assert "Choose it in the menu Tools" in done.stderr
 
 
-@pytest.mark.parametrize("example", ["Uno", "Mega"])
+@pytest.mark.parametrize("example", ["Uno", "Mega", "mBot"])
 def test_an_example_for_an_avr_says_so_on_any_other_chip(gxx, example) -> None:
     done = syntax(gxx, f"examples/{example}/{example}.ino")
     assert done.returncode

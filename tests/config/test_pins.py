@@ -84,6 +84,7 @@ def test_a_pin_file_says_what_is_where():
         ),
         (PI + "[pixels]\nsignal = 4\n", "a car with the chip Raspberry Pi can't have pixels.signal; leave it out"),
         (UNO + "[servo]\nsignal = 4\n", "can't have servo.signal"),
+        (PI + "[floor]\nleft = 4\nright = 7\nthreshold = 40\n", "can't have floor.threshold; leave it out"),
         (UNO + "[pixels]\nsignal = 4\ncount = 99\n", "pixels.count is 99"),
         (UNO + "[floor]\nleft = 4\nright = 7\ndark = 'black'\n", 'floor.dark is "black"; allowed: "high", "low"'),
         (MEGA + "[infrared]\nsender = 11\n", "this wire can only be at D10"),
@@ -129,11 +130,27 @@ def test_each_wire_is_a_row_of_the_table_and_a_line_of_the_drawing(path, languag
     assert len(svg.findall("{*}path")) == len(rows)
     drawn = [text.text for text in svg.findall("{*}text")]
     for row in rows:
-        assert {row.label, row.terminal, row.part} <= set(drawn)
+        assert {row.label, row.terminal, row.part, *(component.value for component in row.between)} <= set(drawn)
+        assert not row.supply or row.supply in drawn
     _, _, width, height = map(float, svg.attrib["viewBox"].split())
     for text in svg.findall("{*}text"):
         assert 0 < float(text.attrib["x"]) < width
         assert 0 < float(text.attrib["y"]) < height
+
+
+def test_each_terminal_has_its_own_supply_and_what_protects_the_pin():
+    """A receiver at 5 V can damage a pin that takes 3.3 V; so can the echo."""
+    wires = "[infrared]\nreceiver = 2\nsender = 11\n[ultrasonic]\ntrigger = 4\necho = 3\n"
+    found = {}
+    for chip in (UNO, RP2040):
+        found[chip] = {row.terminal: row for row in wiring_rows(parse_pins(chip + wires, "car.toml"), "en")}
+    assert found[RP2040]["OUT, VS1838B"].supply == "3.3 V, GND"
+    assert found[UNO]["OUT, VS1838B"].supply == "5 V, GND"
+    assert found[RP2040]["ECHO"].components == "2 kΩ to GND, 1 kΩ in series"
+    assert found[UNO]["ECHO"].components == ""
+    for rows in found.values():
+        assert rows["LED 940 nm, 33 Ω"].supply == "5 V"
+        assert rows["LED 940 nm, 33 Ω"].components == "1 kΩ in series, transistor NPN, emitter to GND"
 
 
 def test_a_drawing_holds_whatever_a_car_is_called():

@@ -161,12 +161,13 @@ def _wiring(
 
     wiring = options.pins_at(pins)
     rows = wiring_rows(wiring, current_language())
-    cells = [(row.part, row.terminal, row.label) for row in rows]
-    shown: str | Rows = Rows(("part", "terminal", "pin"), cells, title=wiring.name)
+    cells = [(row.part, row.terminal, row.supply, row.components, row.label) for row in rows]
+    shown: str | Rows = Rows(("part", "terminal", "supply", "components", "pin"), cells, title=wiring.name)
     if output:
         options.write_file(output, wiring_svg(wiring, current_language()).encode(), source=pins)
         shown = translated("wires-drawn", count=len(rows), file=output)
-    print_result([row._asdict() for row in rows], shown, as_json)
+    names = ("part", "terminal", "pin", "label", "supply", "components")
+    print_result([{name: getattr(row, name) for name in names} for row in rows], shown, as_json)
 
 
 def _stops(ending: Ending, resources: ExitStack, watchdog: Path | None) -> Callable[[], bool]:

@@ -36,7 +36,7 @@ from motorcade.config.check import Schema, allowed, allowed_as, choice, line, li
 from motorcade.config.chips import CHIPS, Caution, Chip, chip_named
 from motorcade.config.files import parse, read_text
 from motorcade.devices import DEVICES
-from motorcade.devices.declaration import Part, Role
+from motorcade.devices.declaration import Between, Part, Role
 from motorcade.errors import InputError, Phrase
 from motorcade.words.formats import SWITCHES
 
@@ -65,17 +65,16 @@ class Wire(NamedTuple):
     role: Role
     pin: int
 
-    def terminal(self, chip: Chip) -> str:
-        """What is printed on the device, and what belongs between it and a pin of ``chip``."""
-        if chip.has_5_v_pins and self.role.terminal_5_v:
-            return self.role.terminal_5_v
-        return self.role.terminal
+    def between(self, chip: Chip) -> list[Between]:
+        """The components that belong between a pin of ``chip`` and the terminal."""
+        return [component for component in self.role.between if not (chip.has_5_v_pins and component.protects)]
 
     def supply(self, chip: Chip) -> str:
-        """What the device needs besides its wires to ``chip``."""
-        if chip.has_5_v_pins and self.device.supply_5_v:
-            return self.device.supply_5_v
-        return self.device.supply
+        """What the terminal needs besides its wire to ``chip``."""
+        voltage = "3.3 V"
+        if chip.has_5_v_pins:
+            voltage = "5 V"
+        return (self.role.supply or self.device.supply).format(chip=voltage)
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,9 +235,10 @@ def _check_pins(pins: PinMap, file: str) -> None:
         if pin in chip.taken:
             raise InputError("pin-taken", **place, use=chip.taken[pin])
         measures = pins.threshold_percent(wire.device.key) > 0
+        if measures and not chip.analog:
+            raise InputError("part-not-on-chip", **place | {"wire": f"{wire.device.key}.threshold"})
         if measures and pin not in chip.analog:
-            able = ", ".join(map(chip.label, chip.analog)) or Phrase("nothing")
-            raise InputError("pin-not-analog", **place, pins=able)
+            raise InputError("pin-not-analog", **place, pins=", ".join(map(chip.label, chip.analog)))
         if pin in chip.analog_only and not measures:
             raise InputError("pin-only-measures", **place)
         if pin not in chip.only.get(name, (pin,)):

@@ -181,6 +181,22 @@ class Sense:
 
 
 @dataclass(eq=False)
+class Between:
+    """A component in the wire between a pin and a terminal.
+
+    Attributes:
+        kind: "series", a resistor in the wire; "ground", a resistor from the wire to GND; or "transistor", an NPN whose
+            base is at the pin, its collector at the terminal and its emitter at GND.
+        value: the resistor's; "NPN".
+        protects: whether it keeps 5 V from a pin that can't take so much, and is needed there alone.
+    """
+
+    kind: str
+    value: str
+    protects: bool = False
+
+
+@dataclass(eq=False)
 class Role:
     """One wire of a part, to a pin of the car's computer.
 
@@ -189,14 +205,16 @@ class Role:
         drives: whether the computer drives it; otherwise the computer reads it.
         terminal: what is usually printed on the part.
         needed: whether the part does not work without it.
-        terminal_5_v: the same where the computer's pins take 5 V and that makes a difference.
+        supply: what the terminal needs, where the wires of a part need different supplies.
+        between: components from the pin to the terminal.
     """
 
     key: str
     drives: bool
     terminal: str
     needed: bool = True
-    terminal_5_v: str = ""
+    supply: str = ""
+    between: tuple[Between, ...] = ()
 
 
 @dataclass(eq=False)
@@ -228,9 +246,8 @@ class Part:
 
     Attributes:
         key: its table in a pin file; ``device-`` and the key is the phrase that people call it by.
-        supply: what it needs besides the wires of its roles.
+        supply: what it needs besides the wires of its roles; {chip} in it is the voltage of the computer's pins.
         roles: its wires.
-        supply_5_v: what it needs where the computer's pins take 5 V and that makes a difference.
         read_by: the method of a board that reads its roles as bits, the first role's the lowest. Boards need no code
             for such a part.
         forms: the ways to wire it, each with its roles; empty where there is one, with all roles that are needed.
@@ -241,7 +258,6 @@ class Part:
     key: str
     supply: str
     roles: tuple[Role, ...]
-    supply_5_v: str = ""
     read_by: str = ""
     forms: tuple[tuple[str, ...], ...] = ()
     options: tuple[Option, ...] = ()

@@ -80,9 +80,8 @@ FLOOR = Device(
     parts=(
         Part(
             "floor",
-            "3.3 V, GND",
+            "{chip}, GND",
             (Role("left", False, "DO, TCRT5000 left"), Role("right", False, "DO, TCRT5000 right")),
-            supply_5_v="5 V, GND",
             read_by="dark_floor",
             options=(Option("dark", "high", LEVELS), THRESHOLD),
             active="dark",

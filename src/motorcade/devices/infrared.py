@@ -1,6 +1,6 @@
 """Infrared: a leader sends words, and followers receive them and pass them on (c1, c2)."""
 
-from motorcade.devices.declaration import Bits, Column, Device, Method, Part, Role
+from motorcade.devices.declaration import Between, Bits, Column, Device, Method, Part, Role
 
 INFRARED = Device(
     "infrared",
@@ -35,12 +35,19 @@ INFRARED = Device(
     parts=(
         Part(
             "infrared",
-            "3.3 V, 5 V, GND",
+            "",
             (
-                Role("receiver", False, "OUT, VS1838B", needed=False),
-                Role("sender", True, "LED 940 nm, NPN", needed=False),
+                # At 5 V its output could damage a pin that takes 3.3 V.
+                Role("receiver", False, "OUT, VS1838B", needed=False, supply="{chip}, GND"),
+                Role(
+                    "sender",
+                    True,
+                    "LED 940 nm, 33 Ω",
+                    needed=False,
+                    supply="5 V",
+                    between=(Between("series", "1 kΩ"), Between("transistor", "NPN")),
+                ),
             ),
-            supply_5_v="5 V, GND",
         ),
     ),
 )

@@ -1,6 +1,7 @@
 """The LEDs: four lights, of which a word lights one (c4)."""
 
 from motorcade.devices.declaration import (
+    Between,
     Bits,
     Block,
     Column,
@@ -16,6 +17,11 @@ from motorcade.devices.declaration import (
 
 # To send the colours of so many takes a slow chip half a millisecond.
 MOST_PIXELS = 16
+
+
+def _led(which: int) -> Role:
+    return Role(f"led_{which}", True, f"LED {which}", needed=False, between=(Between("series", "330 Ω"),))
+
 
 LED = Device(
     "led",
@@ -42,7 +48,7 @@ LED = Device(
         ),
     ),
     parts=(
-        Part("leds", "GND", tuple([Role(f"led_{which}", True, f"LED {which}", needed=False) for which in range(4)])),
+        Part("leds", "GND", tuple([_led(which) for which in range(4)])),
         # All of them show the colour of the LED that is lit.
         Part(
             "pixels",

@@ -2,6 +2,7 @@
 
 from motorcade.devices.declaration import (
     LEVELS,
+    Between,
     Bits,
     Block,
     Call,
@@ -30,7 +31,8 @@ def wheel_motor(key: str, terminals: "tuple[str, str, str]") -> Part:
     roles = (
         Role("forward", True, forward),
         Role("backward", True, backward),
-        Role("enable", True, enable),
+        # The motors stand still while no program drives the pin.
+        Role("enable", True, enable, between=(Between("ground", "10 kΩ"),)),
         Role("direction", True, "DIR"),
     )
     forms = (("forward", "backward"), ("forward", "backward", "enable"), ("direction", "enable"))

@@ -1,6 +1,7 @@
 """The ultrasonic sensor: it measures the distance of obstacles, which a word can make a car avoid (c5)."""
 
 from motorcade.devices.declaration import (
+    Between,
     Bits,
     Block,
     Device,
@@ -13,6 +14,9 @@ from motorcade.devices.declaration import (
     Thing,
     seconds,
 )
+
+# Of the 5 V that the sensor gives.
+_DIVIDER = (Between("ground", "2 kΩ", protects=True), Between("series", "1 kΩ", protects=True))
 
 ULTRASONIC = Device(
     "ultrasonic",
@@ -49,8 +53,8 @@ ULTRASONIC = Device(
             "5 V, GND",
             (
                 Role("trigger", True, "TRIG"),
-                Role("echo", False, "ECHO ÷ 1 kΩ, 2 kΩ", terminal_5_v="ECHO"),
-                Role("signal", True, "SIG"),
+                Role("echo", False, "ECHO", between=_DIVIDER),
+                Role("signal", True, "SIG", between=_DIVIDER),
             ),
             forms=(("trigger", "echo"), ("signal",)),
         ),

@@ -92,6 +92,14 @@ def test_the_board_keeps_the_contract(car, clock, pins, parts):
     assert found == [Phrase(NOT_CHECKED, parts=left)]
 
 
+def test_floor_sensors_may_be_low_over_dark(car, pins):
+    board = car(ENABLED + SENSORS.replace("right = 21\n", 'right = 21\ndark = "low"\n')).board
+    for first, second, dark in ((0, 0, 3), (1, 0, 2), (0, 1, 1), (1, 1, 0)):
+        for number, level in ((20, first), (21, second)):
+            (pins.pin(number).drive_high if level else pins.pin(number).drive_low)()
+        assert board.dark_floor() == dark
+
+
 def test_an_uploaded_program_drives_the_pins_and_is_stored(car, clock, pins):
     program = Program([together(forward(2, speed=3), led(1, 1)), left(1, speed=1), right(1, speed=2)])
     image = compile_program(program).image

@@ -6,55 +6,14 @@ from driven_car import Bench
 from motorcade.boards.on_chip.any_board import COLOURS
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.brain import FORWARD, LEFT, NO_LED, RIGHT
-from motorcade.config.pins import parse_pins
-from motorcade.firmware.car_files import settings_of
-from support.strategies import CLASSROOM
-
-ALL = """
-format = "motorcade-pins/1"
-name = "Car"
-chip = "{chip}"
-[left_motor]
-direction = 4
-enable = 5
-forward_is = "low"
-[right_motor]
-direction = 12
-enable = 13
-[left_rear_motor]
-forward = 14
-backward = 15
-[right_rear_motor]
-forward = 16
-backward = 17
-enable = 18
-[motor_driver]
-standby = 19
-[pixels]
-signal = 21
-count = 3
-[ultrasonic]
-signal = 22
-[floor]
-left = {analog}
-right = {other}
-dark = "low"
-threshold = 40
-[infrared]
-receiver = 2
-[button]
-signal = 0
-"""
-PLATFORMS = {"rp2": ("rp2040", 26, 27), "esp32": ("esp32", 32, 33)}
+from support.chip_benches import ANALOG_PINS, all_kinds
 
 
 def bench_of(platform: str) -> Bench:
-    chip, analog, other = PLATFORMS[platform]
-    pins = parse_pins(ALL.format(chip=chip, analog=analog, other=other), "car.toml")
-    return Bench(settings_of(pins, CLASSROOM, False), platform)
+    return Bench(all_kinds(platform), platform)
 
 
-@pytest.mark.parametrize("platform", PLATFORMS)
+@pytest.mark.parametrize("platform", ANALOG_PINS)
 def test_motors_of_all_kinds_turn_together(platform):
     bench = bench_of(platform)
     board = bench.open().board
@@ -70,7 +29,7 @@ def test_motors_of_all_kinds_turn_together(platform):
         assert (levels.get(16, 0), levels.get(17, 0)) == (right > 0, right < 0)
 
 
-@pytest.mark.parametrize("platform", PLATFORMS)
+@pytest.mark.parametrize("platform", ANALOG_PINS)
 def test_all_pixels_show_the_colour_of_the_led(platform):
     bench = bench_of(platform)
     sent = []
@@ -87,10 +46,10 @@ def test_all_pixels_show_the_colour_of_the_led(platform):
     assert sent == expected
 
 
-@pytest.mark.parametrize("platform", PLATFORMS)
+@pytest.mark.parametrize("platform", ANALOG_PINS)
 def test_the_sensors_of_a_shop_car_are_read(platform):
     bench = bench_of(platform)
-    _, left, right = PLATFORMS[platform]
+    left, right = ANALOG_PINS[platform]
     board = bench.open().board
     for left_volts, right_volts, dark in ((0, 0, 3), (65535, 0, 2), (20000, 30000, 1), (30000, 65535, 0)):
         bench.chip.levels.update({left: left_volts, right: right_volts})

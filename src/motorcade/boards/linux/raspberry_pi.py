@@ -77,6 +77,8 @@ class RaspberryPi(ComputerBoard):
             ]
             for part in INPUTS
         }
+        # The parts whose inputs count as 1 while they are low.
+        self._are_low = {part.key for part in INPUTS if part.active and not pins.level(part.key, part.active)}
         self._range_mm = profile.body.ultrasonic_range_mm
         trigger = pins.pin("ultrasonic", "trigger")
         self._ultrasonic = self._open(_DistanceSensor, pins.pin("ultrasonic", "echo"), trigger, self._range_mm, factory)
@@ -122,7 +124,9 @@ class RaspberryPi(ComputerBoard):
         return round(share * self._range_mm)
 
     def read_inputs(self, part: str) -> int:
-        return sum(int(pin.value) << place for place, pin in enumerate(self._inputs[part]) if pin is not None)
+        one = part not in self._are_low
+        pins = enumerate(self._inputs[part])
+        return sum((pin.value == one) << place for place, pin in pins if pin is not None)
 
     def received_frames(self) -> list[int] | tuple[int, ...]:
         if self._sender is not None:
