@@ -74,7 +74,8 @@ function Together({ onClose }: { onClose: () => void }) {
   const t = useTexts();
   const begin = (to: Classmate) =>
     attemptInClass(async () => {
-      await askClass("pair/begin", { to: to.id, name: useStudio.getState().name.trim() || t("pair.nameless"), project: openProject() });
+      const { name, mission } = useStudio.getState();
+      await askClass("pair/begin", { to: to.id, name: name.trim() || t("pair.nameless"), project: openProject(), mission });
       onClose();
     });
   return <Classmates title={t("pair.title")} about={t("pair.about")} onChoose={(to) => void begin(to)} onClose={onClose} />;
