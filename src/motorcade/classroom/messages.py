@@ -287,11 +287,13 @@ class _ClassState(StreamAnswer):
         frozen: 'eyes up': pupils' pages show nothing to work with, their worlds are paused.
         shared: the cable and the real cars.
         stopped: the teacher's emergency stop holds all real cars.
+        cabled: something is at a port of the class's computer, so that the cable is of use.
     """
 
     frozen: bool
     shared: list[Shared]
     stopped: bool
+    cabled: bool
     mat: MatView
 
 

@@ -51,6 +51,7 @@ export interface PupilView {
   frozen: boolean;
   shared: Shared[];
   stopped: boolean;
+  cabled: boolean;
   mat: MatView;
   me: Self;
   hand: boolean;
@@ -107,6 +108,7 @@ export interface ClassView {
   frozen: boolean;
   shared: Shared[];
   stopped: boolean;
+  cabled: boolean;
   mat: MatView;
   title: string;
   code: string;

@@ -105,10 +105,11 @@ function Mat({ view }: { view: PupilView }) {
 const TEXTS_OF_A_CAR = ["pupil.driveCar", "pupil.leaveCar", "pupil.carTaken"] as const;
 const TEXTS_OF_THE_CABLE = ["pupil.cable", "pupil.cableYours", "pupil.cableTaken"] as const;
 
-/** The cable and the real cars, which one pupil at a time has. */
+/** The real cars, and the cable where something is at its end, which one pupil at a time has. */
 function SharedThings({ view }: { view: PupilView }) {
   const t = useTexts();
-  return view.shared.map(({ name, holder }) => {
+  const useful = view.shared.filter(({ name, holder }) => name || view.cabled || holder === view.me.id);
+  return useful.map(({ name, holder }) => {
     const isMine = holder === view.me.id;
     const whose = holder === null ? 0 : isMine ? 1 : 2;
     const text = name ? TEXTS_OF_A_CAR[whose] : TEXTS_OF_THE_CABLE[whose];
