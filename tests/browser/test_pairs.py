@@ -4,6 +4,7 @@ from playwright.sync_api import Locator, Page, expect
 from scripts.studio_process import project_link
 
 from motorcade.locales import catalogue
+from motorcade.missions.document import built_in_mission
 from support.class_visits import class_room
 from support.soak import SOAK
 from support.studio_programs import FOLLOWED
@@ -57,6 +58,14 @@ def expect_windows(page: Page, leader: str, followers: str) -> None:
 
 def clock(page: Page) -> str:
     return page.get_by_role("status", name=say("mat.time")).inner_text()
+
+
+def expect_mission(page: Page, progress: str) -> None:
+    """The whole task is there: story or outcome, zones, goals and bits; all goals stand so."""
+    goals = page.get_by_role("list", name=say("missions.goals")).locator("li")
+    expect(goals).to_have_count(3)
+    expect(goals.and_(page.locator(f"[data-progress={progress}]"))).to_have_count(3)
+    expect(page.get_by_role("group", name=say("missions.bits"))).to_be_visible()
 
 
 def expect_same_time(one: Page, other: Page) -> None:
@@ -117,3 +126,48 @@ if SOAK:
             type_seconds(one, "leader", "1")
             # The one who has left goes on alone with a copy.
             expect_seconds(other, "leader", "2")
+
+    def test_two_pupils_play_one_mission_and_both_get_its_stars(browser, page_built, tmp_path) -> None:
+        """Also at another tablet, which comes in the middle of a run, and after a power cut."""
+        with class_room(browser, tmp_path / "class") as room:
+            mia, bo = room.pupil("Mia", size=(1440, 900)), room.pupil("Bo", language="en")
+            for visit in (room.teacher, mia, bo):
+                visit.forgive("ERR_CONNECTION", "WebSocket")
+            one, other = mia.page, bo.page
+            button(one, "missions.title").first.click()
+            one.locator("[data-mission=flip-the-lamp]").click()
+            button(one, "pair.begin").click()
+            one.get_by_role("dialog").get_by_role("button", name="Bo", exact=True).click()
+            button(other, "pair.come").click()
+            for page in (one, other):
+                expect(page.get_by_text(built_in_mission("flip-the-lamp").document["story"]["en"])).to_be_visible()
+
+            # The run ends on both pages, and Bo gets no star before it is won.
+            button(one, "mat.play").click()
+            for page in (one, other):
+                expect(page.get_by_text(say("missions.again"))).to_be_visible()
+            expect_same_time(one, other)
+            room.kill()
+            room.start_again()
+            button(other, "pair.swap").click()
+            button(one, "pair.agree").click()
+            expect_windows(one, "Bo", "you")
+            # Bits 22 and 21 choose the lamp; the second word is the followers', whose window Mia has now.
+            bits = one.get_by_role("group", name=say("missions.bits")).get_by_role("button")
+            bits.and_(one.get_by_role("button", name="bit 22")).nth(1).press(" ")
+            button(one, "mat.play").click()
+            expect(button(other, "mat.pause")).to_be_visible()
+
+            # Bo goes on at another tablet.
+            tablet = room.visit()
+            about = bo.context.request.post(f"{room.base}api/class/about", data={}).json()["me"]
+            coming = {"code": room.code, "name": about["name"], "number": about["number"]}
+            assert tablet.context.request.post(f"{room.base}api/class/return", data=coming).ok
+            bo.context.close()
+            room.visits.remove(bo)
+            tablet.page.goto(room.base)
+            for page in (one, tablet.page):
+                expect_mission(page, "met")
+            expect_same_time(one, tablet.page)
+            asked = room.teacher.context.request.post(f"{room.base}api/teacher/progress", data={})
+            assert asked.json()["stars"] == {"01": {"flip-the-lamp": [1, 2, 3]}, "02": {"flip-the-lamp": [1, 2, 3]}}

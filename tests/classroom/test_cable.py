@@ -11,7 +11,7 @@ from motorcade.boards.computer import ImageStore, simulated_car
 from motorcade.boards.lines import TcpPort
 from motorcade.server.studio import uploads
 from motorcade.upload import transfer
-from motorcade.upload.serial_port import BOARD, PortInfo
+from motorcade.upload.serial_port import BARE, BOARD, PortInfo
 from support.strategies import CLASSROOM
 
 HERS, HIS, THE_TEACHERS = (bytes.fromhex(f"01000000 0{digit}800000") for digit in "123")
@@ -68,6 +68,13 @@ def test_who_has_the_cable_uploads_and_the_teacher_passes_it_on(room, port):
     assert outcome(ben, port) == THE_TEACHERS
     room.teacher.ask("teacher/freeze", frozen=True)
     assert outcome(ben, port, HIS) == "class-frozen"
+
+
+def test_pupils_are_shown_whether_something_is_at_a_port(room, port, monkeypatch):
+    with room.join("Mia").open("class/stream") as page:
+        page.until("pupil", lambda shown: shown["cabled"])
+        monkeypatch.setattr(uploads, "ports", lambda: [PortInfo("/dev/ttyS0", "", "", rank=BARE)])
+        page.until("pupil", lambda shown: not shown["cabled"])
 
 
 @pytest.mark.parametrize("name", ["socket://127.0.0.1:22", "spy:///dev/null?file=/tmp/x", "/dev/null", "loop://", ""])

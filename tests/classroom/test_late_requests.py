@@ -286,4 +286,4 @@ def test_one_bad_record_stops_neither_the_clock_of_the_class_nor_what_is_known_o
     assert room.presence["02"].stuck
     room.record.pairs += [Pair("1", "Parade", ["09"], ["09"], {}), Pair("2", "Parade", ["02"], ["02"], {})]
     pairs.advance(1000.0)
-    assert pairs.view("02").name == "Parade"
+    assert pairs.view("02", 1000.0).name == "Parade"

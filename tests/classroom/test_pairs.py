@@ -69,10 +69,33 @@ def test_a_page_is_shown_a_pair_when_both_windows_can_be_read(tmp_path, monkeypa
         assert view(mia)["versions"] == {"leader": 1, "followers": 1}
 
 
+def test_both_windows_are_played_for_one_mission_also_after_the_class_began_again(tmp_path):
+    chosen = {"id": "follow-me", "document": None}
+    with class_room(tmp_path) as room:
+        mia, bo = room.join("Mia"), room.join("Bo")
+        begin = {"to": bo.id, "name": "Out", "project": PROJECT | BOTH, "mission": chosen}
+        assert mia.ask("class/pair/begin", **begin) == {}
+        assert bo.ask("class/pair/read", window="leader") == "not-in-a-pair", "who has not come is told nothing"
+        bo.ask("class/pair/join")
+        cookies = bo.client.cookies
+    with class_room(tmp_path, first_key=None, files=ClassFolder(tmp_path)) as room:
+        again = room.browser()
+        again.client.cookies = cookies
+        assert again.ask("class/pair/read", window="leader")["mission"] == chosen
+        assert again.ask("class/pair/read", window="followers")["mission"] is None
+
+
+def test_a_page_that_comes_late_is_told_how_long_ago_the_other_one_played(two):
+    _, mia, bo, now = two
+    mia.ask("class/pair/conduct", playing=True, speed=2, seed=7, t_ms=400)
+    now[0] += 3
+    assert view(bo)["conducted"]["age_ms"] == 3000
+
+
 def test_windows_are_swapped_when_both_want_it_and_how_one_plays_is_told_to_the_other(two):
     _, mia, bo, _ = two
     assert mia.ask("class/pair/conduct", playing=True, speed=2, seed=7, t_ms=400) == {}
-    played = {"number": 1, "by": mia.id, "playing": True, "speed": 2, "seed": 7, "t_ms": 400}
+    played = {"number": 1, "by": mia.id, "playing": True, "speed": 2, "seed": 7, "t_ms": 400, "age_ms": 0}
     assert view(bo)["conducted"] == played
     assert bo.ask("class/pair/conduct", playing=False, speed=2, seed=7, t_ms=900) == {}
     assert view(mia)["conducted"] == played | {"number": 2, "by": bo.id, "playing": False, "t_ms": 900}
@@ -192,4 +215,4 @@ def test_whatever_three_pupils_do_a_window_has_one_owner_who_is_in_the_pair(acts
             assert 0 < len(each.joined) <= len(each.members) <= 2
             assert {*each.owners.values()} <= {None, *each.joined}
         for each in ("01", "02", "03"):
-            pairs.view(each)
+            pairs.view(each, now_s)

@@ -103,6 +103,7 @@ class LessonPair:
         # When somebody came in or went.
         self.changed_s = 0.0
         self.conducted: dict[str, Any] | None = None
+        self.conducted_s = 0.0
 
 
 class Lesson(ClassComputer):
@@ -304,8 +305,14 @@ class Lesson(ClassComputer):
             "owners": {window: owner and owner.id for window, owner in pair.owners.items()},
             "versions": pair.versions,
             "asks": pair.asks and pair.asks.id,
-            "conducted": pair.conducted,
+            "conducted": pair.conducted and pair.conducted | {"age_ms": self._age_ms(pupil, pair)},
         }
+
+    def _age_ms(self, pupil: Pupil, pair: LessonPair) -> int | None:
+        """What a page was told of how long ago the worlds were played; None where that can't be."""
+        shown = pupil.page and pupil.page.newest("pupil")
+        age_ms = int(shown["pair"]["conducted"]["age_ms"]) if shown and shown["pair"] else 0
+        return age_ms if 0 <= age_ms <= (self.world.now_s - pair.conducted_s) * 1000 else None
 
     def _partner_away(self, pupil: Pupil, pair: LessonPair, other: Pupil | None) -> bool:
         if other is None or other not in pair.joined or other.pages:

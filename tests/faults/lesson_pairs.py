@@ -159,10 +159,12 @@ async def conduct(run: "Lesson") -> None:
         return
     pair = joined_pair(run, who)
     played = {"playing": run.random.random() < 0.5, "speed": 2.0, "seed": 7, "t_ms": run.random.randrange(1000)}
+    asked_s = run.world.now_s
     await run.expect("own-work", who.browser, "class/pair/conduct", DONE if pair else "not-in-a-pair", **played)
     if pair:
         number = pair.conducted["number"] + 1 if pair.conducted else 1
         pair.conducted = {"number": number, "by": who.id} | played
+        pair.conducted_s = asked_s
 
 
 async def leave_pair(run: "Lesson") -> None:

@@ -442,6 +442,7 @@ def names(run: "Lesson") -> Replaced:
         (library, "FileLock"): lambda *arguments, **named: nullcontext(),
         (library, "os"): SimpleNamespace(utime=set_time),
         (class_running, "listed_ports"): lambda: [SERIAL],
+        (class_running, "has_cable"): lambda: True,
         (studio_uploads, "ports"): list,
         (studio_uploads, "time"): SimpleNamespace(sleep=run.world.sleep),
         (studio_uploads, "secrets"): SimpleNamespace(randbelow=run.random.randrange),

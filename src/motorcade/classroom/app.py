@@ -262,7 +262,7 @@ async def _show_pupil(running: RunningClass, socket: WebSocket, page: PageSocket
     ended = room.ended
     with running.watching() as changed:
         while (pupil := running.pupil(socket)) and pupil.id == pupil_id:
-            view = pupil_view(room, pupil, running.mat.view(), running.pairs.view(pupil_id))
+            view = pupil_view(room, pupil, running.mat.view(), running.pairs.view(pupil_id, running.settings.clock()))
             if (data := msgspec.json.encode(view)) != shown:
                 shown = data
                 page.put(view)
@@ -313,14 +313,14 @@ def pupil_view(room: Classroom, pupil: Pupil, mat: MatView, pair: PairView | Non
         "news": pupil.news,
         "pair": pair,
     }
-    return PupilView(room.frozen, room.shared(), room.stopped, mat, **own)
+    return PupilView(room.frozen, room.shared(), room.stopped, room.cabled, mat, **own)
 
 
 def class_view(room: Classroom, mat: MatView, now_s: float, disk: Sentence | None = None) -> ClassView:
     """Return what the teacher's page shows; ``disk`` is why work can't be stored at present."""
     pupils = [_row(pupil, room.presence[pupil.id], now_s) for pupil in room.record.pupils]
     settings = {name: getattr(room.record, name) for name in ("title", "code", "is_open", "stuck_minutes")}
-    return ClassView(room.frozen, room.shared(), room.stopped, mat, pupils=pupils, disk=disk, **settings)
+    return ClassView(room.frozen, room.shared(), room.stopped, room.cabled, mat, pupils=pupils, disk=disk, **settings)
 
 
 def _row(pupil: Pupil, presence: Presence, now_s: float) -> PupilRow:

@@ -16,7 +16,7 @@ from motorcade.classroom import messages
 from motorcade.classroom.messages import Id, Secret, Self, Text40, Window, request
 from motorcade.classroom.names import check_password, digest, is_password, to_stored
 from motorcade.classroom.network import join_url, qr_svg
-from motorcade.classroom.record import TEACHER, WINDOWS, Pair, Pupil
+from motorcade.classroom.record import MISSION, TEACHER, WINDOWS, Pair, Pupil
 from motorcade.classroom.room import SIGNED_IN_S
 from motorcade.classroom.running import EmergencyStop, RunningClass
 from motorcade.errors import MotorcadeError
@@ -24,7 +24,7 @@ from motorcade.server.studio.cars import CarList
 from motorcade.server.studio.sessions import PageWorlds
 from motorcade.service.documents import open_text, project_text
 from motorcade.service.library import allowed_name
-from motorcade.service.messages import MissionChoice, Project, StoredProject, sentences
+from motorcade.service.messages import MissionChoice, Project, StoredProject, decode, sentences
 from motorcade.service.missions import Mission, chosen_mission, list_missions, open_mission
 from motorcade.timing import Attempts
 from motorcade.words.request import GO, STOP
@@ -181,8 +181,25 @@ class Handlers:
     # Two who program one project.
 
     @request("class/pair/begin", stores=True)
-    async def begin_pair(self, who: str, to: Id, name: Text40, project: Project, now_s: float) -> None:
-        """Begin a pair with the open project, or ask another one into it, where the project of before stays."""
+    async def begin_pair(
+        self,
+        who: str,
+        to: Id,
+        name: Text40,
+        project: Project,
+        now_s: float,
+        mission: MissionChoice | None = None,
+    ) -> None:
+        """Begin a pair with the open project, or ask another one into it, where the project of before stays.
+
+        Args:
+            who: begins it.
+            to: is asked.
+            name: of the project.
+            project: the leader's window gets its mat and the leader's program, the other one the followers' program.
+            now_s: the time.
+            mission: what the project is played for; each page reads it for itself. None for none.
+        """
         is_new = self._pairs.of(who) is None
         self._gifts.count(who, now_s)
         pair = self._pairs.begin(who, to, name)
@@ -192,6 +209,9 @@ class Handlers:
         try:
             # Files are stored for those alone whom the class's file knows.
             await self._running.settle()
+            if mission:
+                data = msgspec.json.encode(mission)
+                await to_thread.run_sync(self._folder.write_version, pair.library, MISSION, data)
             for window in WINDOWS:
                 await self._store_window(pair, who, window, project, 0)
         except MotorcadeError:
@@ -204,11 +224,19 @@ class Handlers:
 
     @request("class/pair/read")
     async def read_window(self, who: str, window: Window) -> messages.PairProject:
-        """Return what a window holds: the leader's blocks with mat and profile, or the followers' blocks."""
+        """Return what a window holds: the leader's blocks with mat, profile and mission, or the followers' blocks."""
         pair = self._pairs.joined(who)
         history = await to_thread.run_sync(self._folder.history, pair.library, window)
         data = await to_thread.run_sync(self._folder.read, pair.library, window, history[0].version)
-        return messages.PairProject(open_text(data), history[0].version)
+        held = messages.PairProject(open_text(data), history[0].version)
+        if window == "leader":
+            held.mission = await to_thread.run_sync(self._mission_of, pair)
+        return held
+
+    def _mission_of(self, pair: Pair) -> MissionChoice | None:
+        if MISSION not in {entry.name for entry in self._folder.list(pair.library)}:
+            return None
+        return decode(self._folder.read(pair.library, MISSION), MissionChoice)
 
     @request("class/pair/write", stores=True)
     async def write_window(self, who: str, window: Window, project: Project, base: int) -> int:

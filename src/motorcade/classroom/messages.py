@@ -10,7 +10,15 @@ from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
 from msgspec import Meta, Struct
 
-from motorcade.service.messages import Endpoint, LibraryEntry, MatDocument, Project, Sentence, StreamAnswer
+from motorcade.service.messages import (
+    Endpoint,
+    LibraryEntry,
+    MatDocument,
+    MissionChoice,
+    Project,
+    Sentence,
+    StreamAnswer,
+)
 from motorcade.service.missions import MissionGoal, MissionZone
 from motorcade.service.world_messages import Refused
 
@@ -215,10 +223,15 @@ class MatView(Struct):
 
 
 class PairProject(Struct, forbid_unknown_fields=True):
-    """What a window holds, and its version: 0 while nothing was stored."""
+    """What a window holds, and its version: 0 while nothing was stored.
+
+    Attributes:
+        mission: what the leader's window is played for; None for none.
+    """
 
     project: Project
     version: int
+    mission: MissionChoice | None = None
 
 
 class Conducted(Struct):
@@ -231,6 +244,7 @@ class Conducted(Struct):
         speed: simulated seconds in a real one.
         seed: of the run.
         t_ms: the simulated time.
+        age_ms: how long ago that was, in real time.
     """
 
     number: int
@@ -239,6 +253,7 @@ class Conducted(Struct):
     speed: float
     seed: int
     t_ms: int
+    age_ms: int = 0
 
 
 class PairView(Struct):
@@ -272,11 +287,13 @@ class _ClassState(StreamAnswer):
         frozen: 'eyes up': pupils' pages show nothing to work with, their worlds are paused.
         shared: the cable and the real cars.
         stopped: the teacher's emergency stop holds all real cars.
+        cabled: something is at a port of the class's computer, so that the cable is of use.
     """
 
     frozen: bool
     shared: list[Shared]
     stopped: bool
+    cabled: bool
     mat: MatView
 
 

@@ -2,8 +2,10 @@
 
 A window has one owner, who alone stores it; the files are those of a library of the pair's own, with versions. Each
 page plays a world of its own: the same program, mat and seed give the same run to the bit, so only how it is played is
-passed on.
+passed on, and how long ago that was: a page that comes later catches up.
 """
+
+from msgspec import structs
 
 from motorcade.classroom.messages import Classmate, Conducted, PairView, Window, request
 from motorcade.classroom.record import WINDOWS, Pair, leave_pair
@@ -30,7 +32,8 @@ class Pairs:
         self._room = room
         self.versions: dict[tuple[str, Window], int] = {}
         self.beginning: set[str] = set()
-        self._conducted: dict[str, Conducted] = {}
+        # With the time at which it was said.
+        self._conducted: dict[str, tuple[float, Conducted]] = {}
         self._away: set[str] = set()
 
     def of(self, pupil: str) -> Pair | None:
@@ -44,7 +47,7 @@ class Pairs:
             raise MotorcadeError("not-in-a-pair")
         return pair
 
-    def view(self, pupil: str) -> PairView | None:
+    def view(self, pupil: str, now_s: float) -> PairView | None:
         """Return what a pupil's page shows of the pair."""
         pair = self.of(pupil)
         if pair is None or pair.id in self.beginning:
@@ -60,8 +63,14 @@ class Pairs:
             owners=pair.owners,
             versions={window: self.versions.get((pair.id, window), 0) for window in WINDOWS},
             asks=pair.asks,
-            conducted=self._conducted.get(pair.id),
+            conducted=self._conducted_in(pair, now_s),
         )
+
+    def _conducted_in(self, pair: Pair, now_s: float) -> Conducted | None:
+        if pair.id not in self._conducted:
+            return None
+        said_s, conducted = self._conducted[pair.id]
+        return structs.replace(conducted, age_ms=int((now_s - said_s) * 1000))
 
     def begin(self, who: str, to: str, name: str) -> Pair:
         """Begin a pair, or ask another one where the partner has left. Raises MotorcadeError.
@@ -147,14 +156,14 @@ class Pairs:
         speed: Speed,
         seed: Seed,
         t_ms: Milliseconds,
+        now_s: float,
     ) -> None:
         """Play the worlds of both pages, or let them stand at a time. Raises MotorcadeError."""
         pair = self.joined(who)
-        before = self._conducted.get(pair.id)
         number = 1
-        if before:
-            number = before.number + 1
-        self._conducted[pair.id] = Conducted(number, who, playing, speed, seed, t_ms)
+        if pair.id in self._conducted:
+            number = self._conducted[pair.id][1].number + 1
+        self._conducted[pair.id] = now_s, Conducted(number, who, playing, speed, seed, t_ms)
         self._room.changes += 1
 
     def advance(self, now_s: float) -> None:

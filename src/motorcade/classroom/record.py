@@ -14,6 +14,8 @@ from motorcade.service.messages import MissionChoice
 
 FORMAT = "motorcade-class/1"
 WINDOWS: tuple[Window, Window] = ("leader", "followers")
+# What the library of a pair has beside its windows: the mission that the two play.
+MISSION = "mission"
 # The owner of the teacher's own projects; pupils' ids are numbers.
 TEACHER = "teacher"
 _PAIR = "pair-"

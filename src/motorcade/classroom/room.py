@@ -77,6 +77,7 @@ class Classroom:
         presence: of each pupil, by id, what needn't survive the server.
         frozen: pupils' pages show nothing to work with.
         stopped: the teacher's emergency stop holds all real cars.
+        cabled: something is at a port of this computer.
         ended: how many times the class was ended.
     """
 
@@ -87,7 +88,7 @@ class Classroom:
         self.record = record
         self.kept = copied(record)
         self.revision = self.changes = self.ended = 0
-        self.frozen = self.stopped = False
+        self.frozen = self.stopped = self.cabled = False
         self.holders: dict[str, str | None] = dict.fromkeys((CABLE, *cars))
         self.presence = {pupil.id: Presence(left_s=now_s, step_s=now_s) for pupil in record.pupils}
         self._random_below = random_below
@@ -451,6 +452,11 @@ class Classroom:
         """Hold all real cars, or let pupils drive again."""
         self.stopped = stopped
         self.changes += 1
+
+    def see_cable(self, cabled: bool) -> None:
+        """Note whether something is at a port of this computer."""
+        self.changes += cabled != self.cabled
+        self.cabled = cabled
 
     def advance(self, now_s: float) -> None:
         """Let time pass: who makes no step becomes stuck."""

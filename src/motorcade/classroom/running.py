@@ -27,7 +27,7 @@ from motorcade.errors import DriveError, MotorcadeError
 from motorcade.missions.document import OWN
 from motorcade.server.fleet import Fleet
 from motorcade.server.studio.sessions import IMPORT, REQUEST_S, SessionLimits, Settings, Visitors
-from motorcade.server.studio.uploads import VirtualCarImage, listed_ports
+from motorcade.server.studio.uploads import VirtualCarImage, has_cable, listed_ports
 from motorcade.server.studio.workers import CHECK
 from motorcade.service.messages import Port
 from motorcade.service.requests import Context
@@ -236,7 +236,8 @@ class RunningClass(Visitors):
             await asyncio.sleep(_TICK_S)
             now_s = self.settings.clock()
             self._follow_clock()
-            for act in (partial(self.room.advance, now_s), partial(self.pairs.advance, now_s), self._keep_up):
+            passing = (partial(self.room.advance, now_s), partial(self.pairs.advance, now_s))
+            for act in (*passing, self._look_for_cable, self._keep_up):
                 try:
                     done = act()
                     if isawaitable(done):
@@ -246,6 +247,9 @@ class RunningClass(Visitors):
                     continue
                 except Exception:  # noqa: BLE001  # whatever is wrong with one record, the others go on
                     _log.exception("The clock of the class goes on")
+
+    async def _look_for_cable(self) -> None:
+        self.room.see_cable(await to_thread.run_sync(has_cable))
 
     def _follow_clock(self) -> None:
         """Where the computer's clock was set, let sign-ins end as much later or earlier: the file has them by it."""

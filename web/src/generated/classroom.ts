@@ -19,7 +19,7 @@ export interface Self { id: string; name: string; avatar: string; number: string
 export interface StoredDraft { name: string; project: Project | null; saved_at: string; place: string }
 
 /** What a window holds, and its version: 0 while nothing was stored. */
-export interface PairProject { project: Project; version: number }
+export interface PairProject { project: Project; version: number; mission?: MissionChoice | null }
 
 /** Whether a password has been set, and whether this browser is signed in. */
 export interface TeacherAbout { has_password: boolean; signed_in: boolean }
@@ -51,6 +51,7 @@ export interface PupilView {
   frozen: boolean;
   shared: Shared[];
   stopped: boolean;
+  cabled: boolean;
   mat: MatView;
   me: Self;
   hand: boolean;
@@ -88,7 +89,15 @@ export interface PairView {
 }
 
 /** How the worlds of a pair's pages are played: what one of them did last. */
-export interface Conducted { number: number; by: string; playing: boolean; speed: number; seed: number; t_ms: number }
+export interface Conducted {
+  number: number;
+  by: string;
+  playing: boolean;
+  speed: number;
+  seed: number;
+  t_ms: number;
+  age_ms: number;
+}
 
 /** The pupil is no longer in the class; the connection ends. ``left``: on another page of this device. */
 export interface Goodbye { is: "goodbye"; why: "ended" | "left" | "removed" }
@@ -99,6 +108,7 @@ export interface ClassView {
   frozen: boolean;
   shared: Shared[];
   stopped: boolean;
+  cabled: boolean;
   mat: MatView;
   title: string;
   code: string;
@@ -164,7 +174,7 @@ export interface PupilRequests {
   "give": { message: { to: string; name: string }; answer: string };
   "mission": { message: { number: number }; answer: Mission };
   "mat": { message: { image: string | null }; answer: Nothing };
-  "pair/begin": { message: { to: string; name: string; project: Project }; answer: Nothing };
+  "pair/begin": { message: { to: string; name: string; project: Project; mission?: MissionChoice | null }; answer: Nothing };
   "pair/read": { message: { window: "followers" | "leader" }; answer: PairProject };
   "pair/write": { message: { window: "followers" | "leader"; project: Project; base: number }; answer: number };
   "pair/leave": { message: Nothing; answer: string };

@@ -56,9 +56,10 @@ function opened() {
     view.setUint32(HEADER.cars, cars, true);
     page!.onMessage(view.buffer);
   };
-  const state = (playing: boolean) => page!.onMessage(JSON.stringify({ is: "state", playing, speed: 1, seed: 0, t_ms: 5000, shown_ms: null }));
+  const state = (playing: boolean, t_ms = 5000) => page!.onMessage(JSON.stringify({ is: "state", playing, speed: 1, seed: 0, t_ms, shown_ms: null }));
+  const over = () => page!.onMessage(JSON.stringify({ is: "goals", is_over: true, goals: [] }));
   const end = () => session.close();
-  return { session, sent, hello, picture, state, end };
+  return { session, sent, hello, picture, state, over, end };
 }
 
 it("pictures that are never drawn are told as drawn: the server waits for each", () => {
@@ -160,6 +161,59 @@ it("an edit plays on, another project stands at its beginning", () => {
   useStudio.setState({ compiled: null });
   useMat.setState({ hello: null, state: null, play: "nothing" });
   vi.useRealTimers();
+});
+
+/** A page of a pair, whose world plays, and what it has told the other one. */
+function conducting() {
+  vi.useFakeTimers();
+  useStudio.setState({ compiled: { image: "AAAA", words: [] } as never });
+  const page = opened();
+  const told: { playing: boolean; t_ms: number }[] = [];
+  page.session.onCommand = ({ playing, t_ms }) => told.push({ playing, t_ms });
+  page.hello(2);
+  const end = () => {
+    page.end();
+    useStudio.setState({ compiled: null });
+    useMat.setState({ hello: null, state: null, goals: null, play: "nothing" });
+    vi.useRealTimers();
+  };
+  return { ...page, told, end };
+}
+
+it("the partner's page is told how the world plays, also of a new run and of the end, but not of what it has said itself", () => {
+  const page = conducting();
+  page.session.play();
+  // Sent before the world heard of it.
+  page.state(false, 0);
+  page.state(true, 0);
+  useStudio.setState({ compiled: { image: "BBBB", words: [] } as never });
+  vi.advanceTimersByTime(1000);
+  page.hello(2);
+  page.state(true, 10);
+  page.state(false, 5000);
+  page.over();
+  page.over();
+  expect(page.told).toEqual([{ playing: true, t_ms: 0 }, { playing: true, t_ms: 10 }, { playing: false, t_ms: 5000 }]);
+  page.sent.length = 0;
+  page.session.follow({ playing: false, speed: 1, seed: 0, t_ms: 5000 });
+  expect(page.sent).toEqual([]);
+  page.end();
+});
+
+it("who follows late catches up, however far the other one is, and with what has passed until the own world stood", () => {
+  const page = conducting();
+  page.state(false, 0);
+  for (const [t_ms, sent] of [
+    [100_000, [{ do: "reset", seed: 0, until_ms: 101_000 }]],
+    [0, [...Array<object>(10).fill({ do: "step", ticks: 100 })]],
+  ] as const) {
+    page.sent.length = 0;
+    page.session.follow({ playing: true, speed: 2, seed: 0, t_ms });
+    vi.advanceTimersByTime(500);
+    page.state(false, 0);
+    expect(page.sent).toEqual([{ do: "pause" }, ...sent, { do: "play", speed: 2 }]);
+  }
+  page.end();
 });
 
 const named = (name: string): Mat => ({ format: "motorcade-mat/1", name });

@@ -10,6 +10,7 @@ import { EventStore } from "../timeline/events";
 import { runningBlocks, sameRunning } from "./account";
 import { beginning, type CarPoses } from "./cars";
 import type { Mat } from "./document";
+import { catchUp, isAt } from "./following";
 import { type Miss, MissedWords } from "./missed";
 import { type PlayEvent, stateAfter, TO_PLAY } from "./play";
 import { chosenCar, useMat } from "./store";
@@ -24,18 +25,13 @@ const DRIVEN_MS = 100;
 
 /** What changes how a world is played, as an event of this page's play; a partner's page does the same. */
 const CONDUCTED: Partial<Record<Command["do"], PlayEvent>> = { play: "play", pause: "pause", step: "pause", reset: "pause", seek: "pause" };
-/** While both play, their times may differ by so much; `step` takes so many ticks at most, so often. */
-const NEAR_MS = 300;
-const MOST_TICKS = 100;
-const MOST_STEPS = 40;
-
 export class Session {
   readonly events = new EventStore();
   readonly missed = new MissedWords();
   /** Where the cars stood at the beginning, once a picture showed it. */
   starts: CarPoses | null = null;
   picture: Picture | null = null;
-  /** Called with the state of the world after this page's user has played, paused, stepped, begun again or sought. */
+  /** Called with the state of the world after this page's user has played, paused, stepped, begun again or sought, and where a run has begun or ended by itself. */
   onCommand: ((state: WorldState) => void) | null = null;
 
   /** Resolved when the stage was drawn, and, where cars are to drive at once, shows that they do. */
@@ -48,7 +44,8 @@ export class Session {
   private sent: { beginning: string | null; mat: Mat | null; rangeMm: number | null; isResumed?: boolean; isMoved?: boolean } | null = null;
   /** How the partner's page plays, to be done once the world stands. */
   private followed: Playing | null = null;
-  /** The user's command awaits its state. */
+  private followedAt = 0;
+  /** A command, or a new run, awaits its state. */
   private awaited = false;
   private timer: ReturnType<typeof setTimeout> | undefined;
   private seeking: ReturnType<typeof setTimeout> | undefined;
@@ -212,26 +209,20 @@ export class Session {
 
   /** Play as the partner's page does: the same run at the same time. */
   follow(playing: Playing): void {
+    const { state } = useMat.getState();
+    if (state && isAt(state, playing)) return;
     this.followed = playing;
+    this.followedAt = performance.now();
     useMat.setState({ speed: playing.speed, seed: playing.seed });
     this.take("follow");
     this.pass({ do: "pause" });
   }
 
   /** The world stands at the time of `state`: bring it to where the partner's page is. */
-  private catchUp({ playing, speed, seed, t_ms }: Playing, state: WorldState): void {
-    let from = state.t_ms;
-    if (seed !== state.seed || t_ms < (playing ? from - NEAR_MS : 1)) {
-      this.pass({ do: "reset", seed });
-      from = 0;
-    }
-    let ticks = t_ms - from > (playing ? NEAR_MS : 0) ? Math.round((t_ms - from) / (useMat.getState().hello?.tick_ms ?? 1)) : 0;
-    if (ticks > MOST_TICKS * MOST_STEPS) ticks = 0;
-    for (; ticks > 0; ticks -= MOST_TICKS) this.pass({ do: "step", ticks: Math.min(ticks, MOST_TICKS) });
-    if (playing) {
-      this.take("play");
-      this.pass({ do: "play", speed });
-    } else if (t_ms < from) this.pass({ do: "seek", t_ms });
+  private catchUp(followed: Playing, state: WorldState): void {
+    const tickMs = useMat.getState().hello?.tick_ms ?? 1;
+    for (const command of catchUp(followed, state, tickMs, performance.now() - this.followedAt)) this.pass(command);
+    if (followed.playing) this.take("play");
   }
 
   /** Show a stored moment; null for the present. Scrubbing asks for more than can be shown: only the newest is sent. */
@@ -262,21 +253,31 @@ export class Session {
     if (answer.is === "decisions") useMat.setState({ decisions: answer.leaders });
     if (answer.is === "goals") {
       useMat.setState({ goals: answer });
-      if (answer.is_over) this.take("over");
+      if (answer.is_over) this.end();
     }
     if (answer.is === "stopped") {
       useMat.setState({ stopped: answer, told: [answer.car, ...answer.others] });
-      this.take("over");
+      this.end();
     }
     if (answer.is === "error") useMat.setState({ problem: answer });
+  }
+
+  /** The run has ended by itself, at the state that came just before. */
+  private end(): void {
+    const { play: before, state } = useMat.getState();
+    this.take("over");
+    if (state && useMat.getState().play !== before) this.onCommand?.(state);
   }
 
   private receiveState(state: WorldState): void {
     const tMs = state.shown_ms ?? state.t_ms;
     // Whoever plays on, or begins again, has seen why the world stopped.
     useMat.setState({ state, tMs, seed: state.seed, ...(state.playing && { speed: state.speed, stopped: null }) });
-    if (this.awaited) this.onCommand?.(state);
-    this.awaited = false;
+    // What the world says meanwhile is about the time before.
+    if (this.awaited && state.playing === this.plays) {
+      this.awaited = false;
+      this.onCommand?.(state);
+    }
     const { play: before } = useMat.getState();
     // The state may be that of the world before: until its program is compiled, none counts, but of this page's own world.
     if (useStudio.getState().compiled || this.sent?.isResumed) this.take(eventOf(state));
@@ -288,7 +289,10 @@ export class Session {
     if (isNew) {
       const stored = hello.resumed ? sessionStorage.getItem(BEGINNING_KEY) : null;
       this.sent = { beginning: stored, mat: null, rangeMm: null, isResumed: hello.resumed };
-    } else if (hello.cars) this.take("world");
+    } else if (hello.cars) {
+      this.take("world");
+      this.awaited ||= this.plays;
+    }
     // A canvas that is made only now must not draw the cars of the world before.
     if (this.picture && this.picture.cars !== hello.cars) {
       this.drop(this.picture);

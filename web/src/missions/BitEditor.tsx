@@ -14,14 +14,15 @@ import { classes } from "../ui/classes";
 /** The fields that a pupil may flip: neither reserved bits nor the parity, which images write as 0. */
 const FIELDS = FORMATS.control.filter(isTold);
 
-/** Flip a bit of a word; the blocks then say what the new word means. */
+/** Flip a bit of a word; the blocks of its part then say what the new word means, and those of the other one stay. */
 async function flip(words: readonly CompiledWord[], place: number, bit: number): Promise<void> {
   await attempt(async () => {
     const flipped = words.map(({ hex }, k) => (parseInt(hex, 16) ^ (k === place ? 2 ** bit : 0)) >>> 0);
     const bytes = flipped.flatMap((word) => [24, 16, 8, 0].map((shift) => (word >>> shift) & 255));
     const { leader, followers } = await request("decompile", { image: btoa(String.fromCharCode(...bytes)) });
-    const { name, profile, mat, mission, rangeMm } = useStudio.getState();
-    loadProject({ name, leader, followers, profile, mat, mission, range_mm: rangeMm });
+    const { rangeMm, ...project } = useStudio.getState();
+    const changed = words[place]!.part === "leader" ? { leader } : { followers };
+    loadProject({ ...project, python: null, range_mm: rangeMm, ...changed });
   });
 }
 

@@ -1,11 +1,12 @@
 /** Store this page's windows of a pair as they change, and show the other's. */
 
 import { RefusedError, request } from "../api/service";
-import { type EditorName, EDITORS, type Project } from "../api/types";
+import { type EditorName, EDITORS, type MissionChoice, type Project } from "../api/types";
 import { askClass } from "../classroom/ask";
 import { emptyState, fill, lockEditors, read, workspaceOf } from "../blocks/workspaces";
-import type { PairProject, PairView } from "../generated/classroom";
+import type { Conducted, PairProject, PairView } from "../generated/classroom";
 import { say } from "../i18n";
+import { playMission } from "../missions/store";
 import { session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { attempt } from "../projects/actions";
@@ -20,6 +21,9 @@ const WRITE_MS = 250;
 const AGAIN_MS = 2000;
 /** What of the page belongs to a window: the mat belongs to the leader's. */
 const PARTS = { leader: ["leader", "mat", "rangeMm", "car", "profile"], followers: ["followers"] } as const satisfies Record<EditorName, (keyof Studio)[]>;
+
+/** Whether another project or mission was opened; a bit that is flipped loads other blocks of the same mission. */
+const isOpened = (now: Studio, before: Studio) => now.mission !== before.mission || (!now.mission && now.generation !== before.generation);
 
 const mine = (window: EditorName) => usePair.getState().view?.owners[window] === usePair.getState().me;
 
@@ -42,7 +46,8 @@ export class PairWindow implements Place {
   }
 
   concerns(now: Studio, before: Studio): boolean {
-    return !this.pair.isFilling && mine(this.name) && this.differs(now, before);
+    // What is opened in place of the pair's project is none of the pair's.
+    return !this.pair.isFilling && !isOpened(now, before) && mine(this.name) && this.differs(now, before);
   }
 
   async write(): Promise<void> {
@@ -127,7 +132,7 @@ class Pair {
 
   private notice(now: Studio, before: Studio): void {
     if (this.isFilling) return;
-    if (now.generation !== before.generation) {
+    if (isOpened(now, before)) {
       void leave();
       return;
     }
@@ -142,13 +147,14 @@ class Pair {
   /** Show what the other has stored since `before`, and play as the other plays. */
   async follow(view: PairView, before: PairView): Promise<void> {
     lock();
+    if (EDITORS.some((window) => view.owners[window] !== before.owners[window])) showOwn();
     for (const window of this.windows) {
       const isNewer = (view.versions[window.name] ?? 0) > window.held.version;
       // What this page stores is told to it too, maybe before the answer.
       if (isNewer && !(mine(window.name) && !window.keeper.isKept)) await window.refresh();
     }
     const { conducted } = view;
-    if (conducted && conducted.by !== usePair.getState().me && conducted.number !== before.conducted?.number) session.follow(conducted);
+    if (conducted && conducted.by !== usePair.getState().me && conducted.number !== before.conducted?.number) session.follow(nowOf(conducted));
     if (view.partner_joined && !before.partner_joined && mine("leader")) {
       const { state, seed, speed } = useMat.getState();
       void tell({ playing: state?.playing ?? false, speed, seed, t_ms: state?.t_ms ?? 0 });
@@ -175,6 +181,15 @@ export function receive(view: PairView | null, me: string): void {
 
 const asText = ({ leader, followers, mat, range_mm, car, profile }: Project) => JSON.stringify([leader, followers, mat ?? EMPTY_MAT, range_mm ?? null, car ?? null, profile]);
 
+const missionText = (mission: MissionChoice | null) => JSON.stringify([mission?.id ?? "", mission?.document ?? null]);
+const sameMission = (one: MissionChoice | null, other: MissionChoice | null) => missionText(one) === missionText(other);
+
+/** How the other page plays now: it has played on since it said so. */
+const nowOf = (conducted: Conducted): Playing => {
+  const passed = conducted.playing ? conducted.age_ms * conducted.speed : 0;
+  return { ...conducted, t_ms: Math.round(conducted.t_ms + passed) };
+};
+
 /** What the page holds as a project; of a window, only what belongs to it. */
 function projectOf(window?: EditorName): Project {
   const project = { ...openProject(), python: null, level: null };
@@ -187,8 +202,10 @@ async function begin(view: PairView): Promise<void> {
     const [leader, followers] = await Promise.all(EDITORS.map((window) => askClass("pair/read", { window })));
     // The whole project, of both windows.
     const whole: Project = { ...leader!.project, followers: followers!.project.followers, python: null, level: null };
-    if (asText(whole) !== asText(projectOf())) {
-      if (!(await replaceBy({ ...whole, name: view.name }))) {
+    const mission = leader!.mission ?? null;
+    if (!sameMission(mission, useStudio.getState().mission) || asText(whole) !== asText(projectOf())) {
+      const opened = mission ? await playMission(mission, whole) : await replaceBy({ ...whole, name: view.name });
+      if (!opened) {
         await askClass("pair/leave");
         return;
       }
@@ -203,17 +220,19 @@ async function begin(view: PairView): Promise<void> {
     lock();
     showOwn();
     const { view: now } = usePair.getState();
-    if (now?.conducted) session.follow(now.conducted);
+    if (now?.conducted) session.follow(nowOf(now.conducted));
     if (now) await pair.follow(now, now);
   });
 }
 
-/** Show the own window where there is room for one; the followers' begins with its first block. */
+/** Show the own window where there is room for one; the followers' begins with its first block, but in a mission without followers. */
 function showOwn(): void {
   const own = EDITORS.filter(mine);
   if (own.length !== 1) return;
-  const { followers } = useStudio.getState();
-  useStudio.setState({ editor: own[0]!, ...(own[0] === "followers" && !followers && { followers: emptyState("followers") }) });
+  const [editor] = own as [EditorName];
+  const { followers, mission } = useStudio.getState();
+  if (editor === "leader" || followers) useStudio.setState({ editor });
+  else if (!mission) useStudio.setState({ editor, followers: emptyState("followers") });
 }
 
 const tell = (playing: Playing) => askClass("pair/conduct", playing).catch(() => undefined);

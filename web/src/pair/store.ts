@@ -5,7 +5,7 @@ import type { EditorName } from "../api/types";
 import type { Conducted, PairView } from "../generated/classroom";
 
 /** How the worlds of both pages are played. */
-export type Playing = Omit<Conducted, "number" | "by">;
+export type Playing = Omit<Conducted, "number" | "by" | "age_ms">;
 
 interface PairState {
   view: PairView | null;

@@ -74,7 +74,8 @@ function Together({ onClose }: { onClose: () => void }) {
   const t = useTexts();
   const begin = (to: Classmate) =>
     attemptInClass(async () => {
-      await askClass("pair/begin", { to: to.id, name: useStudio.getState().name.trim() || t("pair.nameless"), project: openProject() });
+      const { name, mission } = useStudio.getState();
+      await askClass("pair/begin", { to: to.id, name: name.trim() || t("pair.nameless"), project: openProject(), mission });
       onClose();
     });
   return <Classmates title={t("pair.title")} about={t("pair.about")} onChoose={(to) => void begin(to)} onClose={onClose} />;
@@ -104,10 +105,11 @@ function Mat({ view }: { view: PupilView }) {
 const TEXTS_OF_A_CAR = ["pupil.driveCar", "pupil.leaveCar", "pupil.carTaken"] as const;
 const TEXTS_OF_THE_CABLE = ["pupil.cable", "pupil.cableYours", "pupil.cableTaken"] as const;
 
-/** The cable and the real cars, which one pupil at a time has. */
+/** The real cars, and the cable where something is at its end, which one pupil at a time has. */
 function SharedThings({ view }: { view: PupilView }) {
   const t = useTexts();
-  return view.shared.map(({ name, holder }) => {
+  const useful = view.shared.filter(({ name, holder }) => name || view.cabled || holder === view.me.id);
+  return useful.map(({ name, holder }) => {
     const isMine = holder === view.me.id;
     const whose = holder === null ? 0 : isMine ? 1 : 2;
     const text = name ? TEXTS_OF_A_CAR[whose] : TEXTS_OF_THE_CABLE[whose];

@@ -5,6 +5,9 @@ import { Action } from "../ui/page";
 import { link, useRemote, userOf } from "./link";
 import css from "./remote.module.css";
 
+/** What a car tells, with a state more. */
+type ShownTelemetry = Omit<CarTelemetry, "state"> & { state: CarTelemetry["state"] | "standing" };
+
 /** The car's name on the page. */
 export function useCarName(): (car: string) => string {
   const t = useTexts("remote");
@@ -17,8 +20,16 @@ export function useCarName(): (car: string) => string {
   };
 }
 
+/** The telemetry to show: a car that stopped by itself before this page's user drove just stands still. */
+function useTelemetry(): Record<string, ShownTelemetry> {
+  const { hasDriven, telemetry } = useRemote();
+  if (hasDriven) return telemetry;
+  const shown = Object.entries(telemetry).map(([car, told]) => [car, told.state === "failsafe" ? { ...told, state: "standing" } : told]);
+  return Object.fromEntries(shown) as Record<string, ShownTelemetry>;
+}
+
 /** What a car does, as the key of a short text. */
-function shortText({ state, driver, you, obstacle_mm }: CarTelemetry): KeyIn<"remote"> {
+function shortText({ state, driver, you, obstacle_mm }: ShownTelemetry): KeyIn<"remote"> {
   if (obstacle_mm != null) return "obstacleAhead";
   if (state === "discharged") return "batteryLow";
   if (state === "disarmed") return "standing";
@@ -30,7 +41,8 @@ function shortText({ state, driver, you, obstacle_mm }: CarTelemetry): KeyIn<"re
 export function CarList({ shown, onChoose }: { shown: string | null; onChoose: (car: string) => void }) {
   const t = useTexts("remote");
   const nameOf = useCarName();
-  const { cars, joined, telemetry } = useRemote();
+  const { cars, joined } = useRemote();
+  const telemetry = useTelemetry();
   const others = cars.filter(({ car }) => !joined.includes(car));
   if (cars.length < 2) return null;
   return (
@@ -83,8 +95,9 @@ const FULL_DUTY = 255;
 /** What the car does and who drives it, and below, what is wrong. */
 export function Notices({ car }: { car: string | null }) {
   const t = useTexts("remote");
-  const { open, problem } = useRemote();
-  const telemetry = useRemote(({ telemetry }) => (car === null ? undefined : telemetry[car]));
+  const { open, opening, problem } = useRemote();
+  const shown = useTelemetry();
+  const telemetry = car === null ? undefined : shown[car];
   const driver = userOf(telemetry?.driver ?? null);
   const othersDrive = driver === null ? t("othersDrive") : t("driverDrives", { name: driver });
   const others = telemetry?.driver != null && !telemetry.you.drives;
@@ -103,7 +116,7 @@ export function Notices({ car }: { car: string | null }) {
         )}
       </p>
       <div role="log">
-        {!open && <p className={css.notice} data-tone="error">{t("lostAbout")}</p>}
+        {!open && !opening && <p className={css.notice} data-tone="error">{t("lostAbout")}</p>}
         {telemetry?.why && <p className={css.notice} data-tone="error">{inLanguage(telemetry.why)}</p>}
         {telemetry?.paused && (
           <p className={css.notice}>

@@ -91,7 +91,7 @@ function Limit() {
   );
 }
 
-/** The emergency stop of all cars, which stays in sight when the page is scrolled. */
+/** The emergency stop of all cars: below what can be scrolled, so it stays in sight and covers nothing. */
 export function Stop() {
   const t = useTexts("remote");
   return (

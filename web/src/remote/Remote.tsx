@@ -27,14 +27,14 @@ function useSilenceMs(): number {
 
 function LinkState() {
   const t = useTexts("remote");
-  const { open, roundTripMs, telemetry } = useRemote();
+  const { open, opening, roundTripMs, telemetry } = useRemote();
   // A car that is away is shown as such.
   const silences = Object.values(telemetry).map((car) => (car.state === "away" ? 0 : car.silent_ms));
   const silenceMs = Math.max(useSilenceMs(), ...silences);
   const worst = Math.round(Math.max(roundTripMs ?? 0, silenceMs > WEAK_MS ? silenceMs : 0));
-  const kind = !open ? "lost" : worst > WEAK_MS ? "weak" : "good";
-  const texts = { lost: t("linkLost"), weak: t("linkWeak", { ms: worst }), good: roundTripMs === null ? t("linkIdle") : t("linkGood", { ms: Math.round(roundTripMs) }) };
-  const tones = { lost: "error", weak: "warning", good: undefined };
+  const kind = opening ? "opening" : !open ? "lost" : worst > WEAK_MS ? "weak" : "good";
+  const texts = { opening: t("linkOpening"), lost: t("linkLost"), weak: t("linkWeak", { ms: worst }), good: roundTripMs === null ? t("linkIdle") : t("linkGood", { ms: Math.round(roundTripMs) }) };
+  const tones = { opening: undefined, lost: "error", weak: "warning", good: undefined };
   const text = texts[kind];
   return (
     <p className={classes("row figures", css.linkState)} data-tone={tones[kind]} aria-label={`${t("link")}: ${text}`} role="img">
@@ -114,17 +114,19 @@ export function Remote() {
   const shown = chosen !== null && joined.includes(chosen) ? chosen : (joined[0] ?? null);
   return (
     <Page title={t("title")} className={css.remote} tools={<LinkState />} settings={hasAsked && <NameField />}>
-      <div className={css.seeing}>
-        <CarList shown={shown} onChoose={choose} />
-        {shown === null ? <p className={css.empty}>{t("noCars")}</p> : <View car={shown} name={nameOf(shown)} />}
+      <div className={css.parts}>
+        <div className={css.seeing}>
+          <CarList shown={shown} onChoose={choose} />
+          {shown === null ? <p className={css.empty}>{t("noCars")}</p> : <View car={shown} name={nameOf(shown)} />}
+        </div>
+        <div className={classes("column fill", css.driving)}>
+          <AskName />
+          <Notices car={shown} />
+          <Stick />
+          <Controls car={shown} />
+        </div>
       </div>
-      <div className={classes("column fill", css.driving)}>
-        <AskName />
-        <Notices car={shown} />
-        <Stick />
-        <Stop />
-        <Controls car={shown} />
-      </div>
+      <Stop />
     </Page>
   );
 }

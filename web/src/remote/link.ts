@@ -19,6 +19,10 @@ export const AT_REST: Axes = { throttle: 0, steering: 0 };
 
 interface Remote {
   open: boolean;
+  /** The first connection is neither open nor refused yet. */
+  opening: boolean;
+  /** This page's user has driven: before that, no state of a car is the user's fault. */
+  hasDriven: boolean;
   cars: ListedCar[];
   /** The cars that this page has joined, in that order; one stick drives them all. */
   joined: string[];
@@ -32,6 +36,8 @@ interface Remote {
 
 export const useRemote = create<Remote>(() => ({
   open: false,
+  opening: true,
+  hasDriven: false,
   cars: [],
   joined: [],
   telemetry: {},
@@ -208,7 +214,7 @@ export class RemoteLink {
     this.stream = new LastingStream(open, {
       onAnswer: (answer) => this.receive(answer),
       onClose: () => {
-        useRemote.setState({ open: false, telemetry: {}, roundTripMs: null });
+        useRemote.setState({ open: false, opening: false, telemetry: {}, roundTripMs: null });
         this.sentMs.clear();
       },
     });
@@ -245,6 +251,7 @@ export class RemoteLink {
     const number = this.number + 1;
     if (!this.send({ do: "drive", cars, throttle, steering, ...(Object.keys(switches).length > 0 && { switches }), number, stamp: stampAt(this.now()) })) return;
     this.number = number;
+    if (number === 1) useRemote.setState({ hasDriven: true });
     this.sentMs.set(number, this.now());
     this.sentMs.delete(number - MOST_UNANSWERED);
   }
@@ -274,7 +281,7 @@ export class RemoteLink {
 
   private receiveHello(cars: ListedCar[]): void {
     const { joined } = useRemote.getState();
-    useRemote.setState({ open: true, cars, problem: null });
+    useRemote.setState({ open: true, opening: false, cars, problem: null });
     const there = cars.map(({ car }) => car);
     const first = joined.length > 0 ? [] : there.filter((car) => car === this.firstCar || (!this.firstCar && car === there[0]));
     this.firstCar = null;

@@ -40,6 +40,11 @@ def listed_ports() -> list[Port]:
     return [port for _, port in sorted(ranked, key=lambda pair: pair[0])]
 
 
+def has_cable() -> bool:
+    """Return whether something is at a port of this computer: one of the mainboard's alone says nothing of it."""
+    return any(port.rank != BARE for port in ports())
+
+
 class VirtualCarImage(ImageStore):
     """The image of a simulated car.
 
