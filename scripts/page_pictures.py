@@ -146,7 +146,7 @@ def take_studio(camera: Camera) -> None:
         ) as page:
             page.wait_for_timeout(1000)
             keep(page, f"programs{ending}", 1000)
-        with camera.page(language, PROJECT, level="start") as page:
+        with camera.page(language, PROJECT, level="start", drawer={"tab": "things", "open": True}) as page:
             page.wait_for_timeout(1000)
             keep(page, f"mats{ending}", 1000)
 
