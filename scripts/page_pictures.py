@@ -12,15 +12,16 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import msgspec
 from PIL import Image
-from playwright.sync_api import Browser, Locator, Page, StorageState, expect, sync_playwright
+from playwright.sync_api import Browser, Locator, Page, Route, StorageState, expect, sync_playwright
 from scripts import chromium
 from scripts.blocks_page import SAMPLES, sample_project
-from scripts.screenshots import PROJECT, WITHOUT_BUTTONS
+from scripts.screenshots import PROJECT
 from scripts.studio_process import ROOT, build_page, project_link, running_studio
 
 from motorcade.locales import catalogue
@@ -110,16 +111,20 @@ def take_blocks(camera: Camera) -> None:
 
 
 def take_mats(camera: Camera) -> None:
-    """The mats of examples/mats, small."""
+    """The mats of examples/mats, small: in place of a mission's, since the page shows those whole."""
     for path in sorted((ROOT / "examples" / "mats").iterdir()):
         mat = msgspec.to_builtins(open_mat(path.read_text(encoding="utf-8"), path.stem))
-        project = PROJECT | {"mat": mat}
-        with camera.page("en", project) as page:
-            stage = page.get_by_role("application", name=catalogue("en")["page"]["mat"]["canvas"])
-            # The whole mat.
-            stage.press("0")
-            page.wait_for_timeout(1500)
-            keep(stage, f"mats/{path.stem}", THUMBNAIL_PX, THUMBNAIL_QUALITY, style=WITHOUT_BUTTONS)
+        with camera.page("en") as page:
+            page.route("**/api/missions/notes", partial(_answer_with, mat))
+            page.evaluate("location.hash = '#notes=forward-and-stop'")
+            picture = page.get_by_role("dialog").locator("canvas").first
+            picture.wait_for()
+            page.wait_for_timeout(500)
+            keep(picture, f"mats/{path.stem}", THUMBNAIL_PX, THUMBNAIL_QUALITY)
+
+
+def _answer_with(mat: dict[str, Any], route: Route) -> None:
+    route.fulfill(json=route.fetch().json() | {"mat": mat, "zones": []})
 
 
 def take_missions(camera: Camera) -> None:
@@ -146,7 +151,7 @@ def take_studio(camera: Camera) -> None:
         ) as page:
             page.wait_for_timeout(1000)
             keep(page, f"programs{ending}", 1000)
-        with camera.page(language, PROJECT, level="start") as page:
+        with camera.page(language, PROJECT, level="start", drawer={"tab": "things", "open": True}) as page:
             page.wait_for_timeout(1000)
             keep(page, f"mats{ending}", 1000)
 
