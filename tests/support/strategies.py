@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from motorcade import Followers, Program
 from motorcade.car.brain import FORWARD, LEFT, RANDOM_FORWARD, RIGHT
 from motorcade.config.profile import Profile, built_in_profile
-from motorcade.program.conditions import any_of, heard, obstacle, person
+from motorcade.program.conditions import Condition, Sensing, any_of, heard, obstacle, person
 from motorcade.program.steps import SIMPLE_KINDS, DrivingStep, RepeatStep, Step, TogetherStep, own_fields
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words
@@ -53,8 +53,13 @@ def single_steps(seconds: st.SearchStrategy[float], **more: st.SearchStrategy) -
 
 def _minding(kind: type[Step]) -> dict[str, st.SearchStrategy]:
     senses = st.sampled_from([person(), heard(), *map(obstacle, range(4))])
-    several = st.lists(senses, min_size=1, unique_by=lambda condition: condition.sense).map(any_of)
+    several = st.lists(senses, min_size=1, unique_by=_sense).map(any_of)
     return {"unless": st.none() | several} if issubclass(kind, DrivingStep) else {}
+
+
+def _sense(condition: Condition) -> str:
+    assert isinstance(condition, Sensing)
+    return condition.sense
 
 
 @st.composite
