@@ -62,6 +62,7 @@ FLOOR = Device(
             inputs=(seconds(),),
             sets=(("floor", 1),),
             accompanies=True,
+            minds="floor",
         ),
     ),
     methods=(
