@@ -100,6 +100,7 @@ class StepKind:
         sets: fields of the control word that are the same in every step of the kind, as (name, value) pairs.
         calls: its functions in Python; without them the class itself is called by the kind's name.
         accompanies: the step has a bit of the word but no duration of its own.
+        minds: what a drive senses that has these bits in its own word: a condition of its ``unless``.
         group: the part of a word that it fills, where that isn't the device's own: of one group a car does one thing
             at a time.
     """
@@ -111,6 +112,7 @@ class StepKind:
     sets: tuple[tuple[str, int], ...] = ()
     calls: tuple[Call, ...] = ()
     accompanies: bool = False
+    minds: str = ""
     group: str = ""
 
 

@@ -65,6 +65,7 @@ FLOOR = Device(
             inputs=(seconds(),),
             sets=(("floor", 1),),
             accompanies=True,
+            minds="floor",
         ),
     ),
     methods=(

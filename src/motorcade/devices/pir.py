@@ -15,6 +15,7 @@ PIR = Device(
             inputs=(seconds(),),
             sets=(("pir", 1),),
             accompanies=True,
+            minds="person",
         ),
     ),
     methods=(

@@ -34,6 +34,7 @@ ULTRASONIC = Device(
             Block("sense", "M12 3l8 3v6c0 5-4 8-8 9-4-1-8-4-8-9V6zM9 9l6 6M15 9l-6 6"),
             inputs=(Input("radius", "avoid_radius", menu="radius"), seconds("avoid_duration")),
             sets=(("avoid_enable", 1),),
+            minds="obstacle",
         ),
     ),
     methods=(

@@ -18,6 +18,7 @@ VOICE = Device(
             inputs=(seconds(),),
             sets=(("voice", 1),),
             accompanies=True,
+            minds="voice",
         ),
     ),
     methods=(

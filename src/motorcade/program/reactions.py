@@ -12,19 +12,10 @@ from motorcade.program.conditions import Condition, Sensing, alternatives, any_o
 from motorcade.program.diagnostics import Diagnostic, error
 from motorcade.program.flow_steps import TellStep
 from motorcade.program.model import Program
-from motorcade.program.steps import (
-    AvoidStep,
-    DriveStep,
-    DrivingStep,
-    FloorStep,
-    PirStep,
-    Step,
-    TogetherStep,
-    VoiceStep,
-)
+from motorcade.program.steps import SIMPLE_KINDS, DrivingStep, Step, TogetherStep, own_fields
 
-# By what a condition senses: the kind of step with its bits. The other levels of voice and floor have no bits.
-_KINDS: dict[str, type[Step]] = {"person": PirStep, "voice": VoiceStep, "floor": FloorStep}
+# By what a condition senses: the kind of step with its bits.
+_KINDS = {kind.minds: kind for kind in SIMPLE_KINDS if kind.minds}
 _RANDOM = "random"
 
 
@@ -50,9 +41,10 @@ def parts_at_once(step: Step) -> list[Step]:
 
 
 def _reaction(condition: Any, drive: Any) -> Step:
-    if condition.sense == "obstacle":
-        return AvoidStep(condition.level, drive.seconds)
-    return _KINDS[condition.sense]()
+    kind: Any = _KINDS[condition.sense]
+    if kind.accompanies:
+        return kind()  # type: ignore[no-any-return]
+    return kind(condition.level, drive.seconds)  # type: ignore[no-any-return]
 
 
 def wrong_reactions(step: Step, path: str, step_id: str | None) -> Iterator[Diagnostic]:
@@ -74,9 +66,9 @@ def _fault(condition: Condition, drive: DrivingStep) -> str:
     """Return the code of the error where a drive can't mind a condition, else nothing."""
     if not isinstance(condition, Sensing):
         return "unless-not-minded"
-    if condition.sense == "obstacle":
-        return ""
-    if condition.level:
+    kind = _KINDS.get(condition.sense)
+    # Only the first level of what has no other field has a bit: 'stop', and dark floor on a side.
+    if kind is None or (kind.accompanies and condition.level):
         return "unless-not-minded"
     if condition.sense == "floor" and getattr(drive, "direction", "") != _RANDOM:
         return "unless-dark"
@@ -103,16 +95,14 @@ def with_unless(steps: Sequence[Step]) -> list[Step]:
 
 def _condition_of(step: Step, drive: Any) -> Condition | None:
     """Return the condition that a drive minds by a step beside it."""
-    match step:
-        case AvoidStep(radius, seconds) if seconds == drive.seconds:
-            return Sensing("obstacle", radius)
-        case VoiceStep():
-            return Sensing("voice")
-        case PirStep():
-            return Sensing("person")
-        case FloorStep() if isinstance(drive, DriveStep) and drive.direction == _RANDOM:
-            return Sensing("floor")
-    return None
+    if not step.minds:
+        return None
+    condition = Sensing(step.minds)
+    if not step.accompanies:
+        level, _ = own_fields(type(step))
+        condition = Sensing(step.minds, getattr(step, level.name))
+    lasts_as_long = step.accompanies or getattr(step, "seconds", None) == drive.seconds
+    return condition if lasts_as_long and not _fault(condition, drive) else None
 
 
 def minding(program: Program) -> Program:

@@ -58,6 +58,7 @@ class Step:
         in_start: whether the page's first level, with few kinds of blocks, has its block.
         inside_at: the names of its lists of steps, each with where that stands below the step's own place.
         decides: the kind is for a leader that decides, and its block holds no seconds.
+        minds: what a drive senses that has the step's bits in its word, as a condition of its ``unless``.
         accompanies: the step has a bit of the word but no duration of its own. In a together it lasts as long as the
             steps beside it. Alone it has ``seconds``, for which the car stands still.
     """
@@ -69,6 +70,7 @@ class Step:
     in_start: ClassVar[bool] = False
     inside_at: ClassVar[dict[str, str]] = {}
     decides: ClassVar[bool] = False
+    minds: ClassVar[str] = ""
     accompanies: ClassVar[bool] = False
     id: str | None = None
     accept_ir: bool | None = None
@@ -89,6 +91,7 @@ class Step:
         cls.group = declared.group or device.group
         cls.sets = dict(declared.sets)
         cls.in_start = declared.block.in_start
+        cls.minds = declared.minds
         for chosen in declared.inputs:
             if chosen.bits:
                 setattr(cls, chosen.name, _field_of(chosen))

@@ -19,9 +19,8 @@ from motorcade.mats.document import cars_of, mat_of
 from motorcade.mats.geometry import Obstacle, Surface, obstructed, surfaces
 from motorcade.mats.model import Point
 from motorcade.program.blocks import INFRARED
-from motorcade.service.deciding import Deciding, doing
+from motorcade.service.deciding import Deciding, doing, minded
 from motorcade.service.messages import MatDocument, RangeMm, Remedy, WorkspaceState, sentences
-from motorcade.service.minding import minded
 from motorcade.service.world_messages import CarNumber, ReceivedFrame, Why
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import parse_image_bytes

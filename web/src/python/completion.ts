@@ -101,11 +101,16 @@ function valueOptions(call: Call, { name, least, most, menu }: Parameter, profil
   return levels.map((level) => option(String(level), 50 - level, levelMeaning(profile, menu, level, turning)));
 }
 
+const UNLESS = "unless";
+/** What each drive can mind. */
+const MINDED = ["person()", "heard()", "obstacle(1)"];
+
 function argumentOptions(call: Call, outer: readonly Place[], { given, keyword, commas }: Place, profile: Profile): Completion[] {
   // A part of a together lasts as long as the others; a step of followers alone has their settings.
   const isPart = outer[0]?.call === "together";
   const settings = outer.some(({ call: name, keyword: word }) => name === "Followers" || word === "followers") && !isPart ? PYTHON_SETTINGS : [];
   if (keyword !== null) {
+    if (keyword === UNLESS) return MINDED.map((label) => ({ label, type: "constant" }));
     if (settings.some((each) => each === keyword)) return ["True", "False"].map((label) => ({ label, type: "constant" }));
     const parameter = call.parameters.find(({ name }) => name === keyword);
     return parameter ? valueOptions(call, parameter, profile) : [];
@@ -113,8 +118,9 @@ function argumentOptions(call: Call, outer: readonly Place[], { given, keyword, 
   const open = isPart && stepOf(call).accompanies ? [] : call.parameters.slice(commas - given.size);
   const next = given.size === 0 ? open[0] : undefined;
   const named = open.filter(({ name }) => !given.has(name)).map((each) => nameOption(each.name, rangeOf(each)));
+  const minded = stepOf(call).drives && !given.has(UNLESS) ? [nameOption(UNLESS, say("python.minded"), -40)] : [];
   const switches = settings.filter((name) => !given.has(name)).map((name) => nameOption(name, say("python.setting"), -50));
-  return [...(next ? valueOptions(call, next, profile) : []), ...named, ...switches];
+  return [...(next ? valueOptions(call, next, profile) : []), ...named, ...minded, ...switches];
 }
 
 /** What fits at a position, for cars of a profile; null where nothing is to be shown. */
