@@ -193,7 +193,7 @@ def test_cars_drive_before_python_is_ready_and_go_on_when_it_is(open_page) -> No
         stage.press(key)
     expect(card).to_contain_text("follow the line · medium")
     stage.press("Enter")
-    expect(card).to_contain_text("motor on: 1, yes (bits 29)")
+    expect(card).to_contain_text("motor on: 1, yes (bit 29)")
     page.mat_button("play").click()
     expect(page.clock).not_to_have_text(paused)
     for route in waiting:

@@ -243,8 +243,8 @@ class StudioPage(Watched):
 
     def _scroll_drawer(self, editor: str, distance: float) -> None:
         drawer = self.box(self.editor(editor).locator(".blocklyFlyoutBackground").filter(visible=True))
-        # Between the blocks, of which a finger takes one, and the scrollbar.
-        x, y = drawer["x"] + drawer["width"] - 24, drawer["y"] + drawer["height"] * 0.9
+        # A finger may begin on a block; a wheel turns between the blocks and the scrollbar.
+        x, y = drawer["x"] + (40 if self._touches else drawer["width"] - 24), drawer["y"] + drawer["height"] * 0.9
         if not self._touches:
             self.page.mouse.move(x, y)
             self.page.mouse.wheel(0, distance)

@@ -7,8 +7,8 @@ import { workspaceOf } from "./workspaces";
 import { TextButton } from "../ui/controls";
 import css from "./mistakes.module.css";
 
-/** The narrowest place beside a block for a sentence; else it stands below. */
-const ROOM_PX = 230;
+/** The narrowest place beside a block for a sentence, as wide as the style sheet lets it be; else it stands below. */
+const ROOM_PX = 275;
 const GAP_PX = 10;
 
 interface Place {

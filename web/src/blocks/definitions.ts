@@ -60,7 +60,7 @@ const dwells = (profile: Profile) => (): Option[] => [
 ];
 const taggedChoices = (): Option[] => [[say("blocks.taggedAuto"), "auto"], ...choices(["yes", "no"])];
 const infraredChoices = () => choices(["same", "yes", "no"]);
-const checkbox = (name: string, checked: boolean): Field => ({ type: "field_checkbox", name, checked });
+const checkbox = (name: string, checked: boolean, ariaTypeName: string): Field => ({ type: "field_checkbox", name, checked, ariaTypeName });
 
 /** The input of a step's field, as its declaration has it. */
 function inputOf(field: StepField, profile: Profile): Field {
@@ -100,8 +100,8 @@ const DEFINITIONS: Record<string, Definition> = {
     icon: "followers",
     hat: true,
     fields: (profile) => [
-      checkbox("ACCEPT_IR", true),
-      { ...checkbox("FORWARD", false), tooltip: say("tooltips.passOn") },
+      checkbox("ACCEPT_IR", true, say("fields.accept_ir")),
+      { ...checkbox("FORWARD", false, say("fields.forward")), tooltip: say("tooltips.passOn") },
       { ...dropdown("TAGGED", taggedChoices), tooltip: say("tooltips.tagged") },
       dropdown("DWELL", dwells(profile)),
     ],

@@ -12,6 +12,8 @@ const GAP_PX = 8;
 /** A narrower page, or a lower editor, has no room for them. */
 const WIDE_ENOUGH = "(min-width: 700px)";
 const HIGH_ENOUGH_PX = 400;
+/** From here on a finger shows where it goes: before Blockly takes a block out. */
+const SWIPE_PX = 6;
 /** How far the program stays away from an open drawer. */
 const BESIDE_PX = 12;
 
@@ -107,7 +109,29 @@ class Drawer extends Blockly.VerticalFlyout {
       afterGesture(() => Blockly.Events.setGroup(false));
     };
     svg.addEventListener("pointerdown", begin, { capture: true });
+    svg.addEventListener("pointerdown", (event) => this.followSwipe(event), { capture: true });
     return svg;
+  }
+
+  /** A finger that swipes up or down scrolls, also where it begins on a block; Blockly would take the block out. */
+  private followSwipe({ pointerId, pointerType, clientX, clientY }: PointerEvent): void {
+    if (pointerType !== "touch" || !this.isScrollable()) return;
+    const ended = new AbortController();
+    const blocks = this.getWorkspace();
+    let lastY: number | null = null;
+    const move = (event: PointerEvent) => {
+      const [across, along] = [event.clientX - clientX, event.clientY - clientY].map(Math.abs);
+      if (event.pointerId !== pointerId || Math.max(across!, along!) < SWIPE_PX) return;
+      if (lastY === null && across! >= along!) {
+        ended.abort();
+        return;
+      }
+      if (lastY === null) this.targetWorkspace.cancelCurrentGesture();
+      blocks.scroll(blocks.scrollX, blocks.scrollY + event.clientY - (lastY ?? clientY));
+      lastY = event.clientY;
+    };
+    addEventListener("pointermove", move, { capture: true, signal: ended.signal });
+    afterGesture(() => ended.abort());
   }
 
   override show(contents: Parameters<Blockly.VerticalFlyout["show"]>[0]): void {

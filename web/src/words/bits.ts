@@ -111,7 +111,7 @@ function valueMeaning(word: CompiledWord, field: Field, value: number, profile: 
 /** A line that describes a field of a word: its bits, its title and the meaning of its value. */
 export function fieldMeaning(word: CompiledWord, field: Field, profile: Profile): string {
   const value = valueOf(word, field.name);
-  const bits = field.high === field.low ? String(field.high) : `${field.high}–${field.low}`;
+  const bits = say(field.high === field.low ? "words.oneBit" : "words.bits", { high: field.high, low: field.low });
   const meaning = valueMeaning(word, field, value, profile);
   return say(meaning === String(value) ? "words.count" : "words.field", {
     bits,
