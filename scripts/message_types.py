@@ -60,7 +60,11 @@ _PLAIN = {
     types.AnyType: "unknown",
 }
 # What no page reads of a profile.
-_UNREAD = {"ProfileFigures": {"idle_state_ms", "lacks", "infrared", "serial", "body", "floor", "servo", "motor", "wheels", "drive"}}
+_UNREAD = {
+    "ProfileFigures": {
+        *("idle_state_ms", "lacks", "infrared", "serial", "body", "floor", "servo", "motor", "wheels", "drive")
+    }
+}
 _UNIONS = {
     **dict.fromkeys(("WorldMessage", "WorldAnswer", "Outcome", "UploadAnswer", "CarsAnswer"), world_messages),
     **dict.fromkeys(("TrialMessage", "TrialAnswer"), trials),
