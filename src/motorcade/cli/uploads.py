@@ -32,9 +32,6 @@ if TYPE_CHECKING:
 # The names in MICROPYTHON of `motorcade.config.chips`, which a command line's start doesn't wait for.
 ChipName = Literal["esp32", "rp2040", "rp2350"]
 
-# What a person types to measure the move before once more.
-_BACK = "-"
-
 app = typer.Typer()
 cars_app = typer.Typer()
 
@@ -125,6 +122,10 @@ def _calibrate(
     options.write_file(output, profile_text(measured_profile(found, base, output.name)).encode())
     lines = [*map(sentence_of, told(found)), translated("profile-written", file=output)]
     print_result({"file": str(output), **asdict(found)}, "\n".join(lines), as_json)
+
+
+# What a person types to measure the move before once more.
+_BACK = "-"
 
 
 def _measured(send: "Callable[[CalibrationMove], None]") -> "Calibration":
