@@ -62,16 +62,7 @@ _PLAIN = {
 # What no page reads of a profile.
 _UNREAD = {
     "ProfileFigures": {
-        "idle_state_ms",
-        "lacks",
-        "infrared",
-        "serial",
-        "body",
-        "floor",
-        "servo",
-        "motor",
-        "wheels",
-        "drive",
+        *("idle_state_ms", "lacks", "infrared", "serial", "body", "floor", "servo", "motor", "wheels", "drive")
     }
 }
 _UNIONS = {

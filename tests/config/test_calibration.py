@@ -7,7 +7,7 @@ from typing import NamedTuple
 import pytest
 
 from motorcade.config.calibration import MOVES, fit, measured_profile, profile_text, readings_of
-from motorcade.config.profile import Wheels, built_in_profile, parse_profile
+from motorcade.config.profile import MeasuredWheels, built_in_profile, parse_profile
 from motorcade.errors import MotorcadeError
 
 _TICKS_A_S = 100
@@ -99,7 +99,7 @@ def test_the_profile_keeps_what_was_not_measured_and_can_be_read_again():
     bent = measured_profile(fit({**STRAIGHT, "fast": [(880.0, -120.0)]}), base, "mine.toml")
     assert bent.wheels.drift_mrad_per_m < 0
     assert parse_profile(profile_text(bent), "mine.toml") == bent
-    assert bent.wheels != Wheels()
+    assert bent.wheels != MeasuredWheels()
 
 
 @pytest.mark.parametrize(

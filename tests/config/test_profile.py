@@ -30,7 +30,7 @@ def test_the_classrooms_cars_are_the_protocols() -> None:
         floor=cars.FloorSensors(),
         servo=cars.Servo(20, 500, 1500, 2500, 35),
         motor=cars.DriveMotor(255),
-        wheels=cars.Wheels(),
+        wheels=cars.MeasuredWheels(),
         drive=cars.DriveLimits(failsafe_ms=300, watchdog_ms=200, hand_over_ms=5000, commands_per_s=100),
     )
 

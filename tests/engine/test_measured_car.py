@@ -7,11 +7,13 @@ import pytest
 
 from motorcade import World, formation, open_table
 from motorcade.config.calibration import MOVES, fit, measured_profile
-from motorcade.config.profile import Wheels, built_in_profile
+from motorcade.config.profile import MeasuredWheels, built_in_profile
 from motorcade.service.calibration import LAMP_S, UNPLUG_S, move_image
 
 CLASSROOM = built_in_profile("classroom")
-MEASURED = replace(CLASSROOM, speeds_mm_s=(0, 91, 185, 270), turn_rates_deg_s=(0, 40, 80, 118), wheels=Wheels(-300, 90))
+MEASURED = replace(
+    CLASSROOM, speeds_mm_s=(0, 91, 185, 270), turn_rates_deg_s=(0, 40, 80, 118), wheels=MeasuredWheels(-300, 90)
+)
 BEGINS_MS = (UNPLUG_S + LAMP_S) * 1000
 
 

@@ -211,6 +211,7 @@ def test_an_image_becomes_blocks_that_compile_to_it(ask):
 
 def test_a_profile_has_the_values_of_its_levels(ask):
     profile = next(each for each in ask("profiles") if each["name"] == "classroom")
+    assert profile["title"] == {"en": "Classroom car", "zh": "教室小车"}
     assert profile["durations_ms"] == [0, 1000, 2000, 3000]
     assert profile["infrared"]["range_mm"] == 1000
     assert profile["seconds"] == {"least": 0, "step": 1, "most": 765}

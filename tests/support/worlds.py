@@ -9,7 +9,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from motorcade import Followers, Program, avoid, compile_program, forward, led, left, pir, together, voice, wander
-from motorcade.config.profile import Profile, Wheels
+from motorcade.config.profile import MeasuredWheels, Profile
 from motorcade.engine.world import World
 from motorcade.mats import Mat, Person, Physics, Pose, Starts, Voice
 from motorcade.mats.document import check_things
@@ -141,7 +141,7 @@ def profiles(draw: st.DrawFn) -> Profile:
         pir_half_angle_deg=draw(st.sampled_from([55, 120, 180])),
     )
     infrared = replace(BRISK.infrared, range_mm=draw(st.sampled_from([1000, 1000, 4000, 300])))
-    wheels = Wheels(draw(st.sampled_from([0, 0, 0, -700])), draw(st.sampled_from([0, 0, 0, 150])))
+    wheels = MeasuredWheels(draw(st.sampled_from([0, 0, 0, -700])), draw(st.sampled_from([0, 0, 0, 150])))
     return replace(BRISK, body=body, infrared=infrared, wheels=wheels)
 
 

@@ -18,14 +18,16 @@ from motorcade.cli.output import (
     plain,
     print_lines,
     print_note,
+    print_problem,
     print_result,
     sentence_of,
     translated,
 )
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import InputError, MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 
 if TYPE_CHECKING:
+    from motorcade.config.calibration import Calibration, CalibrationMove
     from motorcade.config.pins import PinMap
 
 # The names in MICROPYTHON of `motorcade.config.chips`, which a command line's start doesn't wait for.
@@ -101,8 +103,7 @@ def _calibrate(
     profile: str = "classroom",
     as_json: options.Json = False,
 ) -> None:
-    from motorcade.cli.calibrating import ask_readings
-    from motorcade.config.calibration import Move, fit, measured_profile, profile_text, told
+    from motorcade.config.calibration import CalibrationMove, measured_profile, profile_text, told
     from motorcade.config.files import raised_as
     from motorcade.service.calibration import move_image
 
@@ -116,15 +117,55 @@ def _calibrate(
     if not no_upload:
         port = port or _only_port()
 
-    def send(move: Move) -> None:
+    def send(move: CalibrationMove) -> None:
         if not no_upload:
             _send(port, move_image(move, base), base.serial.baud)
 
-    found = fit(ask_readings(send))
-    measured = measured_profile(found, base, output.name)
-    options.write_file(output, profile_text(measured).encode())
+    found = _measured(send)
+    options.write_file(output, profile_text(measured_profile(found, base, output.name)).encode())
     lines = [*map(sentence_of, told(found)), translated("profile-written", file=output)]
     print_result({"file": str(output), **asdict(found)}, "\n".join(lines), as_json)
+
+
+# What a person types to measure the move before once more.
+_BACK = "-"
+
+
+def _measured(send: "Callable[[CalibrationMove], None]") -> "Calibration":
+    """Ask what a ruler shows after each of MOVES, which ``send`` brings to the car; return what that says of the car.
+
+    An answer that can't be is refused in a sentence, and asked for again. Raises MotorcadeError where none comes.
+    """
+    from motorcade.config.calibration import MOVES, check_readings, fit, readings_of
+
+    print_note(translated("calibrate-begins"))
+    readings: dict[str, Any] = {}
+    sent = ""
+    while True:
+        move = MOVES[len(readings)]
+        if move.key != sent:
+            send(move)
+            sent = move.key
+            print_note(translated("calibrate-move", number=len(readings) + 1, count=len(MOVES), move=move.title))
+        question = translated("calibrate-angle" if move.turns else "calibrate-way")
+        try:
+            answer = str(typer.prompt(question, err=True))
+        except typer.Abort:
+            if sys.stdin.isatty():
+                raise
+            raise InputError("reading-missing", move=move.title) from None
+        if answer.strip() == _BACK and readings:
+            readings.popitem()
+            continue
+        try:
+            found = {**readings, move.key: readings_of(move, answer)}
+            check_readings(found)
+            if len(found) == len(MOVES):
+                return fit(found)
+        except MotorcadeError as problem:
+            print_problem(problem)
+        else:
+            readings = found
 
 
 @app.command("readback")

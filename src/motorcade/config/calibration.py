@@ -44,7 +44,7 @@ Reading = tuple[float, ...]
 Readings = Mapping[str, Sequence[Reading]]
 
 
-class Move(NamedTuple):
+class CalibrationMove(NamedTuple):
     """One move of a car: a direction of `drive`, a speed level and a time."""
 
     key: str
@@ -64,14 +64,18 @@ class Move(NamedTuple):
 
 
 MOVES = (
-    Move("slow", "forward", 1, 3),
-    Move("medium", "forward", 2, 3),
-    Move("fast", "forward", 3, 3),
-    Move("short", "forward", 3, 1),
-    Move("left", "left", 3, 3),
-    Move("right", "right", 3, 3),
+    CalibrationMove("slow", "forward", 1, 3),
+    CalibrationMove("medium", "forward", 2, 3),
+    CalibrationMove("fast", "forward", 3, 3),
+    CalibrationMove("short", "forward", 3, 1),
+    CalibrationMove("left", "left", 3, 3),
+    CalibrationMove("right", "right", 3, 3),
 )
 _MOVES = {move.key: move for move in MOVES}
+
+
+# Each reading with its move.
+Rows = Sequence[tuple[CalibrationMove, Reading]]
 
 
 class Figure(NamedTuple):
@@ -91,7 +95,7 @@ class Calibration:
     Attributes:
         speeds_mm_s: of speed levels 1 to 3.
         turn_rates_deg_s: the same for turns on the spot.
-        drift_mrad_per_m, stopping_ms: as `motorcade.config.profile.Wheels` has them.
+        drift_mrad_per_m, stopping_ms: as `motorcade.config.profile.MeasuredWheels` has them.
         left_percent, right_percent: the share of its duty that each motor needs so that both wheels are equal.
     """
 
@@ -103,7 +107,7 @@ class Calibration:
     right_percent: float
 
 
-def readings_of(move: Move, text: str) -> list[Reading]:
+def readings_of(move: CalibrationMove, text: str) -> list[Reading]:
     """Return what a person wrote of a move: ``88.5 3`` for cm ahead and to the left, or degrees.
 
     Without a second number the car went straight; to the right it is negative. A semicolon separates two drives.
@@ -112,7 +116,7 @@ def readings_of(move: Move, text: str) -> list[Reading]:
     return [_reading_of(move, part) for part in text.replace("；", ";").split(";")]
 
 
-def _reading_of(move: Move, text: str) -> Reading:
+def _reading_of(move: CalibrationMove, text: str) -> Reading:
     try:
         numbers = [float(part) for part in text.replace(",", ".").split()]
     except ValueError:
@@ -145,7 +149,7 @@ def check_readings(readings: Readings) -> None:
             raise InputError("turns-differ", left=round(ways["left"]), right=round(ways["right"]))
 
 
-def _check_reading(move: Move, reading: Reading) -> None:
+def _check_reading(move: CalibrationMove, reading: Reading) -> None:
     if move.turns:
         if not LEAST_DEG <= reading[0] <= MOST_DEG:
             raise InputError("angle-unlikely", move=move.title, value=reading[0], least=LEAST_DEG, most=MOST_DEG)
@@ -211,7 +215,7 @@ def _calibration(figures: list[float], errors: list[float]) -> Calibration:
     return Calibration(speeds, (*rates, turn), found[_DRIFT], found[_STOPPING], left, right)
 
 
-def _shown(move: Move, figures: Sequence[float]) -> Reading:
+def _shown(move: CalibrationMove, figures: Sequence[float]) -> Reading:
     """What is read after a move of a car with these figures."""
     if move.turns:
         return (figures[_TURN] * move.seconds,)
@@ -228,7 +232,7 @@ def _shown(move: Move, figures: Sequence[float]) -> Reading:
     return ahead, chord * math.sin(half) + rolled * math.sin(turned)
 
 
-def _residuals(figures: Sequence[float], rows: Sequence[tuple[Move, Reading]]) -> list[float]:
+def _residuals(figures: Sequence[float], rows: Rows) -> list[float]:
     """How far the readings are from what a car with these figures does, in times of their errors."""
     found = []
     for move, reading in rows:
@@ -237,7 +241,7 @@ def _residuals(figures: Sequence[float], rows: Sequence[tuple[Move, Reading]]) -
     return found
 
 
-def _fitted(figures: list[float], free: Sequence[int], rows: Sequence[tuple[Move, Reading]]) -> list[list[float]]:
+def _fitted(figures: list[float], free: Sequence[int], rows: Rows) -> list[list[float]]:
     """Move the free ones of the figures to the least squares; return their covariance."""
     covariance: list[list[float]] = []
     for _ in range(_STEPS):
@@ -255,7 +259,7 @@ def _fitted(figures: list[float], free: Sequence[int], rows: Sequence[tuple[Move
     return covariance
 
 
-def _misfit(figures: Sequence[float], rows: Sequence[tuple[Move, Reading]]) -> float:
+def _misfit(figures: Sequence[float], rows: Rows) -> float:
     """By how many times their errors the readings differ from the model. Raises MotorcadeError where that is absurd."""
     residuals = _residuals(figures, rows)
     misfit = math.sqrt(_dot(residuals, residuals) / (len(residuals) - len(figures)))

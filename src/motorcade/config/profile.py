@@ -85,7 +85,7 @@ class DriveMotor:
 
 
 @dataclass(frozen=True, slots=True)
-class Wheels:
+class MeasuredWheels:
     """What wheels do beside what they are told.
 
     Attributes:
@@ -132,7 +132,7 @@ class Profile:
     floor: FloorSensors
     servo: Servo
     motor: DriveMotor
-    wheels: Wheels
+    wheels: MeasuredWheels
     drive: DriveLimits
 
 

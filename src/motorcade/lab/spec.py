@@ -85,7 +85,8 @@ def _numbers(schema: Schema, before: str = "") -> Iterator[str]:
         if part["type"] == "object":
             yield from _numbers(part, f"{before}{name}.")
         elif part["type"] == "array":
-            yield from (f"{before}{name}[{index}]" for index in range(part["maxItems"]))
+            # A list of names has any length.
+            yield from (f"{before}{name}[{index}]" for index in range(part.get("maxItems", 0)))
         else:
             yield before + name
 

@@ -6,7 +6,7 @@ from msgspec import Struct, structs
 
 from motorcade.config.calibration import (
     MOVES,
-    Move,
+    CalibrationMove,
     check_readings,
     fit,
     measured_profile,
@@ -62,7 +62,7 @@ class CarFigures(Struct):
     text: str = ""
 
 
-def move_image(move: Move, profile: Profile) -> bytes:
+def move_image(move: CalibrationMove, profile: Profile) -> bytes:
     """Return the image of a car that makes a move once, after UNPLUG_S and LAMP_S, and again after each reset.
 
     Raises MotorcadeError where the profile has no such times.

@@ -11,7 +11,7 @@ from typing import Any, Literal
 from motorcade.config.files import raised_as
 from motorcade.config.profile import built_in_profile, built_in_profiles
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.locales import languages, page_text
+from motorcade.locales import FIRST, catalogue, languages
 from motorcade.program import diagnostics as program_diagnostics
 from motorcade.program.blocks import MOST_DEEP, blocks_of, field_value
 from motorcade.program.blocks_reader import holder_of, program_of
@@ -53,10 +53,16 @@ def profile_figures() -> list[messages.ProfileFigures]:
         step = gcd(*profile.durations_ms) / 1000
         most = MOST_PIECES * profile.durations_ms[-1] / 1000
         values = {field.name: getattr(profile, field.name) for field in fields(profile)}
-        titles = {language: page_text(("mat", "kinds", profile.name), language) for language in languages()}
-        title = {language: text or profile.name for language, text in titles.items()}
-        figures.append(messages.ProfileFigures(**values, title=title, seconds=messages.Seconds(0, step, most)))
+        seconds = messages.Seconds(0, step, most)
+        figures.append(messages.ProfileFigures(**values, title=_title(profile.name), seconds=seconds))
     return figures
+
+
+def _title(profile: str) -> messages.Sentence:
+    """Return what people call the cars of a profile: its name where the catalogue has no other."""
+    if f"kind-{profile}" not in catalogue(FIRST)["phrases"]:
+        return dict.fromkeys(languages(), profile)
+    return messages.sentences(Phrase(f"kind-{profile}"))
 
 
 def decompile_image(image: bytes) -> messages.Project:
