@@ -22,7 +22,7 @@ interface Texts {
 /** The parts of `page` that each page shows; the studio shows all that isn't in another one. `errors` is for the server. */
 const PARTS: Record<string, readonly string[]> = {
   remote: ["remote", "network", "settings"],
-  class: ["class", "cars", "network", "settings", "app"],
+  class: ["class", "cars", "network", "settings", "app", "missions"],
 };
 const NOT_OF_THE_STUDIO = ["remote", "class", "errors"];
 

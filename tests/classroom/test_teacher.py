@@ -106,6 +106,7 @@ def test_who_is_away_finds_what_came_and_the_frozen_class_also_after_a_restart(t
         with mia.open("class/stream") as page:
             view = page.until("pupil")
         assert [(each["kind"], each["sender"]) for each in view["news"]] == [("project", ""), ("mission", "")]
+        assert view["news"][1]["name"]["zh"] == built_in_mission("follow-me").name.texts["zh"]
         assert (view["mission"], view["frozen"], mia.names()) == (1, True, ["Starter"])
         for pupil in (mia, room.join("Ben")):
             assert pupil.ask("class/mission", number=1)["id"] == "follow-me"

@@ -68,7 +68,7 @@ class Pupil:
         self.draft_name = ""
         self.projects: dict[str, list[str]] = {}
         self.missions: dict[str, list[str]] = {}
-        self.news: list[tuple[int, str, str, str]] = []
+        self.news: list[tuple[int, str, str | dict[str, str], str]] = []
         self.told = 0
         self.mission: int | None = None
         self.hand = False
@@ -84,7 +84,7 @@ class Pupil:
     def browser(self) -> Browser:
         return self.devices[-1]
 
-    def tell(self, kind: str, name: str, sender: str) -> None:
+    def tell(self, kind: str, name: str | dict[str, str], sender: str) -> None:
         """Something came."""
         self.told += 1
         self.news = [*self.news, (self.told, kind, name, sender)][-20:]

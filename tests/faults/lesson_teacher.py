@@ -158,7 +158,7 @@ async def _hand_out_mission(
         run.handed = number
     for pupil in pupils:
         pupil.mission = number
-        pupil.tell("mission", chosen_mission(MissionChoice(**mission)).name.sentence("en"), "")
+        pupil.tell("mission", chosen_mission(MissionChoice(**mission)).name.texts, "")
 
 
 async def look_at_work(run: "Lesson") -> None:

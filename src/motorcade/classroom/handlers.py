@@ -355,7 +355,7 @@ class Handlers:
             mission: instead of a project.
         """
         if mission:
-            title = chosen_mission(mission).name.sentence("en")
+            title = chosen_mission(mission).name.texts
             return messages.HandedOut(self._room.hand_out_mission(to, mission, title))
         pupils = self._room.chosen(to)
         if project:

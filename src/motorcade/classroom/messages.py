@@ -189,11 +189,11 @@ class ClassAddresses(Struct):
 
 
 class News(Struct):
-    """Something that came to a pupil: a project or a mission, and whose it was ("" for the teacher's)."""
+    """What came to a pupil: a project, or a mission in each language, and whose it was ("" for the teacher's)."""
 
     number: int
     kind: Literal["project", "mission"]
-    name: str
+    name: str | Sentence
     sender: str
 
 

@@ -25,7 +25,7 @@ from motorcade.classroom.record import (
 )
 from motorcade.errors import MotorcadeError
 from motorcade.service.library import checked_user_name
-from motorcade.service.messages import MissionChoice
+from motorcade.service.messages import MissionChoice, Sentence
 from motorcade.timing import Attempts
 
 MOST_PUPILS = 120
@@ -329,7 +329,7 @@ class Classroom:
             return list(self.record.pupils)
         return [self.pupil(pupil_id) for pupil_id in dict.fromkeys(to)]
 
-    def hand_out_mission(self, to: Sequence[str] | None, mission: MissionChoice, title: str) -> int:
+    def hand_out_mission(self, to: Sequence[str] | None, mission: MissionChoice, title: Sentence) -> int:
         """Give pupils a mission; for None also those who join later. Return to how many. Raises MotorcadeError."""
         pupils = self.chosen(to)
         if mission not in self.record.missions:
@@ -350,7 +350,7 @@ class Classroom:
             raise MotorcadeError("not-found")
         return self.record.missions[number - 1]
 
-    def tell(self, pupil: Pupil, kind: str, name: str, sender: str) -> None:
+    def tell(self, pupil: Pupil, kind: str, name: str | Sentence, sender: str) -> None:
         """Let a pupil know of a project or a mission that came."""
         pupil.told += 1
         pupil.news = [*pupil.news, News(pupil.told, kind, name, sender)][-_MOST_NEWS:]  # type: ignore[arg-type]

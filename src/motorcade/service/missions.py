@@ -64,10 +64,17 @@ class _ShownMission(Struct, kw_only=True):
 
 
 class MissionEntry(_ShownMission, kw_only=True):
-    """A mission in the map: ``stars`` are those that it has, ``earned`` those that the user has earned."""
+    """A mission in the map.
+
+    Attributes:
+        stars: those that it has.
+        earned: those that the user has earned.
+        minutes: how long it takes a class, by its notes; None where it has none.
+    """
 
     stars: list[int]
     earned: list[int]
+    minutes: int | None
 
 
 class MissionGoal(Struct):
@@ -186,7 +193,10 @@ def list_missions(stars: Stars) -> list[MissionEntry]:
     entries = []
     for mission in documents.missions():
         possible = sorted({goal.star for goal in mission.goals})
-        entries.append(MissionEntry(**_shown(mission), stars=possible, earned=stars.get(mission.id, [])))
+        entry = MissionEntry(**_shown(mission), stars=possible, earned=stars.get(mission.id, []), minutes=None)
+        if mission.notes:
+            entry.minutes = mission.notes.minutes
+        entries.append(entry)
     return entries
 
 

@@ -1,4 +1,4 @@
-import { type CSSProperties, lazy, Suspense, useEffect, useState } from "react";
+import { type CSSProperties, lazy, Suspense, useEffect, useRef, useState } from "react";
 import { I18nProvider } from "react-aria-components";
 import { Editors } from "../blocks/Editors";
 import { Problems } from "../blocks/Problems";
@@ -22,6 +22,7 @@ import { Header } from "./Header";
 import { openEditors, prepare, prepareEditors } from "./start";
 import { Tour } from "./Tour";
 import css from "./app.module.css";
+import { watchSize } from "../ui/areas";
 import areas from "../ui/areas.module.css";
 import { classes } from "../ui/classes";
 import { TextButton } from "../ui/controls";
@@ -170,6 +171,9 @@ export function App() {
   const share = useSettings((settings) => settings.shares.blocks);
   const classroom = useStudio(({ capabilities }) => capabilities?.classroom);
   const isPair = usePair(({ view }) => view !== null);
+  const bars = useRef<HTMLDivElement>(null);
+  // What lies over the page below them keeps off them.
+  useEffect(() => watchSize(bars.current!, () => document.documentElement.style.setProperty("--bars", `${bars.current!.clientHeight}px`)), []);
   useEffect(() => {
     if (!ready && !gone) void attempt(prepare).then(() => setReady(useStudio.getState().generation > 0));
   }, [ready, gone]);
@@ -179,7 +183,7 @@ export function App() {
       <div className={classes("printed-whole", css.app)} data-alone={alone ?? undefined} style={{ "--share": share } as CSSProperties}>
         <SkipLinks />
         <Header />
-        <div>
+        <div ref={bars}>
           <ServerBanner />
           <SocketNotice />
           {ready && isPair && (

@@ -11,7 +11,7 @@ import { Join } from "./Join";
 import { Report } from "./TeacherCheck";
 import { ClassPart } from "./TeacherClass";
 import { PupilsPart } from "./TeacherPupils";
-import { HandOutPart } from "./TeacherWork";
+import { HandOutPart } from "./TeacherHandOut";
 
 beforeAll(async () => {
   await startTexts(texts);
@@ -117,22 +117,40 @@ describe("the teacher", () => {
     expect(asked.at(-1)).toEqual(["/api/teacher/end", { password: "long enough" }]);
   });
 
-  it("hands a mission out to those who are ticked, or to all, and hears whom it missed", async () => {
+  it("hands a mission out to those who are ticked, or to all who were asked about, and hears whom it missed", async () => {
     const user = userEvent.setup({ delay: null });
-    const missions = [{ id: "the-square", name: { en: "Four corners" } }];
+    vi.stubGlobal("ResizeObserver", class { observe = vi.fn(); disconnect = vi.fn(); });
+    const mat = { format: "motorcade-mat/1", name: "" };
+    const entry = { path: "swarm", mat, zones: [], stars: [1, 2], earned: [], minutes: 15 };
+    const missions = [
+      { ...entry, id: "the-square", name: { en: "Four corners" }, path: "first-drive", order: 4 },
+      { ...entry, id: "follow-me", name: { en: "Everybody out" }, order: 1 },
+    ];
     const asked = answerBy({
-      "/api/teacher/progress": () => ({ missions, stars: {} }),
+      "/api/missions": () => missions,
       "/api/projects/list": () => [],
       "/api/teacher/hand-out": () => ({ pupils: 1, missed: ["2"] }),
     });
-    render(<HandOutPart view={VIEW} />);
+    render(
+      <Page title="">
+        <HandOutPart view={VIEW} />
+      </Page>,
+    );
     await user.click(screen.getByRole("checkbox", { name: "Ben" }));
-    await user.click(await screen.findByRole("button", { name: "Four corners" }));
+    await user.click(await screen.findByRole("button", { name: "4. Four corners" }));
+    const paths = [say("missions.paths.first-drive"), say("missions.paths.swarm")];
+    expect(screen.getAllByRole("heading", { level: 2 }).slice(1).map(({ textContent }) => textContent)).toEqual(paths);
+    expect(screen.getAllByText(/15 min/)).toHaveLength(2);
     const given = () => asked.filter(([path]) => path.endsWith("hand-out")).map(([, message]) => message);
     expect(given()).toEqual([{ mission: { id: "the-square" }, to: ["2"] }]);
     expect((await screen.findByText(/Ben/, { selector: "[role=status]" })).textContent).toContain("Four corners");
     await user.click(screen.getByRole("radio", { name: "All" }));
-    await user.click(screen.getByRole("button", { name: "Four corners" }));
+    await user.click(screen.getByRole("button", { name: "4. Four corners" }));
+    await user.click(await screen.findByRole("button", { name: "Cancel" }));
+    expect(given()).toHaveLength(1);
+    await user.click(screen.getByRole("button", { name: "4. Four corners" }));
+    await user.click(within(await screen.findByRole("alertdialog")).getByRole("button", { name: say("class.handOut") }));
+    await waitFor(() => expect(given()).toHaveLength(2));
     expect(given()[1]).toEqual({ mission: { id: "the-square" }, to: null });
   });
 

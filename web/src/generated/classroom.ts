@@ -72,8 +72,8 @@ export interface MatView {
   entries: string[];
 }
 
-/** Something that came to a pupil: a project or a mission, and whose it was ("" for the teacher's). */
-export interface News { number: number; kind: "mission" | "project"; name: string; sender: string }
+/** What came to a pupil: a project, or a mission in each language, and whose it was ("" for the teacher's). */
+export interface News { number: number; kind: "mission" | "project"; name: string | Sentence; sender: string }
 
 /** A pair, for one of its pupils. */
 export interface PairView {

@@ -177,7 +177,7 @@ export interface Text { text: string }
 /** An example program, and what it shows. */
 export interface Example { id: string; title: Sentence; about: Sentence; difficulty: 1 | 2 | 3 }
 
-/** A mission in the map: ``stars`` are those that it has, ``earned`` those that the user has earned. */
+/** A mission in the map. */
 export interface MissionEntry {
   id: string;
   name: Sentence;
@@ -187,6 +187,7 @@ export interface MissionEntry {
   zones: MissionZone[];
   stars: number[];
   earned: number[];
+  minutes: number | null;
 }
 
 /** A zone: ``corners_m``, or a disc. ``name`` is its name in the file, ``title`` what people read. */

@@ -7,7 +7,7 @@ import { create } from "zustand";
 import type { OpenedProject } from "../api/types";
 import { askClass, askTeacher, ClassStream } from "../classroom/ask";
 import type { ClassAnswer, Goodbye, News, PupilView } from "../generated/classroom";
-import { say } from "../i18n";
+import { inLanguage, say } from "../i18n";
 import { choiceOf, playMission } from "../missions/store";
 import { usePair } from "../pair/store";
 import { attempt, openSaved } from "../projects/actions";
@@ -67,8 +67,9 @@ function tellNews(news: readonly News[]): void {
   const { told } = usePupil.getState();
   for (const { number, kind, name, sender } of news.filter((each) => each.number > told)) {
     usePupil.setState({ told: number });
-    const text = kind === "mission" ? say("pupil.mission", { name }) : say("pupil.project", { name, sender: sender || say("pupil.teacher") });
-    const open = kind === "mission" ? openHandedMission : () => attempt(() => openSaved(name));
+    const title = typeof name === "string" ? name : inLanguage(name);
+    const text = kind === "mission" ? say("pupil.mission", { name: title }) : say("pupil.project", { name: title, sender: sender || say("pupil.teacher") });
+    const open = kind === "mission" ? openHandedMission : () => attempt(() => openSaved(title));
     notify(text, "info", { label: say("pupil.open"), run: () => void open() });
     void askClass("seen", { number }).catch(() => undefined);
   }
