@@ -25,7 +25,7 @@ from support.doc_pages import ROOT, Reader, blocks_of, fill_folder
 from support.soak import SOAK
 
 DOCS = ROOT / "docs"
-PAGES = sorted(path for path in DOCS.glob("*.md") if not path.name.endswith(".zh.md"))
+PAGES = sorted(path for path in (*DOCS.glob("*.md"), *DOCS.glob("shop/*.md")) if not path.name.endswith(".zh.md"))
 READMES = [ROOT / "README.md"]
 LANGUAGES = {"console", "python", "toml", "json", "text"}
 LOADED = re.compile(
@@ -156,7 +156,7 @@ def site(tmp_path_factory):
 
 
 def test_the_site_has_every_page_in_both_languages(site):
-    for page in (*(page.stem for page in PAGES), *SITE_PAGES):
+    for page in (*(page.relative_to(DOCS).with_suffix("").as_posix() for page in PAGES), *SITE_PAGES):
         for folder in (site, site / "zh"):
             assert (folder / f"{page}.html").is_file()
     assert 'lang="zh"' in (site / "zh" / "index.html").read_text(encoding="utf-8")

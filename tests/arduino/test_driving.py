@@ -151,7 +151,7 @@ def test_a_convoy_does_what_its_words_say(world, car_program, image, hears) -> N
         world.run(1000)
     for chip in chips:
         assert chip.longest_awake_us <= LONGEST_TICK_US
-        assert chip.symbols["__bss_end"] - UNO.ram_begin + chip.stack_bytes() <= MOST_RAM_BYTES
+        assert chip.symbols["_end"] - UNO.ram_begin + chip.stack_bytes() <= MOST_RAM_BYTES
 
 
 def test_no_byte_of_an_upload_is_lost_while_frames_come_and_go(world, car_program) -> None:

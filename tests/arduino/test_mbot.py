@@ -122,6 +122,19 @@ def test_the_button_at_power_on_makes_a_leader(world, program) -> None:
         assert [led for _, led in lamps(car)] == [colour]
 
 
+def test_a_leader_stays_one_when_its_port_is_opened(world, program) -> None:
+    """Which resets the chip, while nobody holds the button."""
+    car = switched_on(world, program, leads=True)
+    world.run(50)
+    car.set_voltage(BUTTON, FREE_MV)
+    for _ in range(2):
+        car.restart()
+        world.run(50)
+    car.send(car_request("a", 1))
+    world.run(600)
+    assert b" role=leader" in car.received()
+
+
 def test_no_frame_is_lost_while_pixels_are_written(world, program) -> None:
     """Two words in turn, at each of which the wheels turn another way; a car that blinks lights an LED each 100 ms."""
     car = switched_on(world, program)
@@ -249,4 +262,4 @@ def test_three_mbots_do_what_the_simulation_does(world, program) -> None:
         assert max(map(abs, late_ms)) <= MOST_MS
     for car in cars:
         assert car.longest_awake_us <= LONGEST_TICK_US
-        assert car.symbols["__bss_end"] - MBOT.ram_begin + car.stack_bytes() <= MOST_RAM_BYTES
+        assert car.symbols["_end"] - MBOT.ram_begin + car.stack_bytes() <= MOST_RAM_BYTES

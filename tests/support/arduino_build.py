@@ -60,7 +60,7 @@ def compile_sketch(files: dict[str, bytes], sketch: str, target: Target) -> Ardu
     for line in _run("avr-nm", "--defined-only", elf):
         address, kind, name = line.split()
         # avr-gcc puts RAM at 0x800000.
-        symbols[name] = int(address, 16) & 0xFFFF if kind in "bBdDA" else int(address, 16)
+        symbols[name] = int(address, 16) & 0xFFFF if kind in "bBdDAN" else int(address, 16)
     data = sizes.get(".data", 0)
     return ArduinoProgram(elf, symbols, sizes[".text"] + data, data + sizes.get(".bss", 0) + sizes.get(".noinit", 0))
 

@@ -53,7 +53,7 @@ class ChipWorld:
         """Add a chip that is switched on now, with the program ``elf`` and an erased EEPROM or the one given."""
         content = eeprom if eeprom is not None else b"\xff" * kind.eeprom_bytes
         index = self._library.world_add(
-            self._world, kind.mcu.encode(), str(elf).encode(), content, len(content), symbols["__bss_end"]
+            self._world, kind.mcu.encode(), str(elf).encode(), content, len(content), symbols["_end"]
         )
         assert index >= 0, f"simavr can't load {elf}"
         chip = Chip(self, index, kind, symbols)
@@ -173,7 +173,7 @@ class Chip:
 
     def stack_bytes(self) -> int:
         """How many bytes of RAM the stack has used at most."""
-        begin = self.symbols["__bss_end"]
+        begin = self.symbols["_end"]
         free = self.read(begin, self.kind.ram_end - begin)
         unused = len(free) - len(free.lstrip(bytes([PAINT])))
         return len(free) - unused

@@ -23,12 +23,12 @@ class ArduinoBoard : public Board {
   // `is_leader` counts where the car has no button; `number` where the memory holds none. `voice` is the line of a voice
   // module, or nothing.
   ArduinoBoard(bool is_leader, uint32_t number, ByteMemory &memory, Stream *voice = nullptr)
-      : receiver_(CAR.levels[UNIT_US]),
+      : is_leader_(is_leader),
+        receiver_(CAR.levels[UNIT_US]),
         store_(memory),
         patterns_(CAR.voice_patterns, CAR.voice_pattern_count),
         voice_(voice),
-        number_(number),
-        is_leader_(is_leader) {}
+        number_(number) {}
 
   // Set up the pins and read the stored image; call it in setup(). `most_words` limits an image to what the RAM holds.
   virtual void begin(uint16_t most_words) {
@@ -114,6 +114,8 @@ class ArduinoBoard : public Board {
  protected:
   static const uint8_t UNIT_US = 17;  // of levels
 
+  bool is_leader_;
+
   // Return the next byte of the voice module, -1 for none.
   virtual int16_t read_voice() { return voice_ ? voice_->read() : -1; }
   // Note that this car sends a frame from now on, for so long.
@@ -129,7 +131,6 @@ class ArduinoBoard : public Board {
   Stream *voice_;
   SerialRoom serial_room_;
   uint32_t number_;
-  bool is_leader_;
 };
 
 }  // namespace motorcade

@@ -205,6 +205,24 @@ void show_pixels(uint8_t pin, uint8_t count, uint8_t which) {
   }
 }
 
+namespace {
+
+// What a leader writes into RAM, which keeps it over a reset, and loses some of it when the power is off for a while.
+const uint8_t LEADER_MARKS = 8;
+uint8_t leader_marks[LEADER_MARKS] __attribute__((section(".noinit")));
+
+}  // namespace
+
+bool stays_leader(bool is_held) {
+  bool was_leader = true;
+  for (uint8_t i = 0; i < LEADER_MARKS; i++) {
+    const uint8_t mark = 0x5A ^ i * 11;
+    if (leader_marks[i] != mark) was_leader = false;
+    if (is_held) leader_marks[i] = mark;
+  }
+  return is_held || was_leader;
+}
+
 void start_watchdog() { wdt_enable(WDTO_500MS); }
 
 void sleep_for_a_tick() {

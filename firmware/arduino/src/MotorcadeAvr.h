@@ -40,6 +40,9 @@ void show_pixels(uint8_t pin, uint8_t count, uint8_t which);
 // Return the next byte of a voice module, -1 for none.
 int16_t next_byte(EdgeSerial &line);
 #endif
+// Return whether a car whose button is held or not leads: a leader stays one until the power is off, also where its port
+// is opened, which resets the chip, or the watchdog does.
+bool stays_leader(bool is_held);
 // Start the watchdog, feed it, and sleep until the next millisecond.
 void start_watchdog();
 void sleep_for_a_tick();
@@ -61,6 +64,7 @@ class AvrBoard : public ArduinoBoard<CAR> {
     if (CAR.infrared_sender != NO_PIN) AvrSender::begin(CAR.infrared_sender, CAR.levels[ArduinoBoard<CAR>::UNIT_US]);
     if (CAR.voice != NO_PIN) begin_voice();
     if (CAR.button != NO_PIN) {
+      this->is_leader_ = stays_leader(this->is_leader_);
       // Until its program lights one: LED 0 for a leader, 1 for a follower.
       set_led(this->is_leader() ? 0 : 1);
     }

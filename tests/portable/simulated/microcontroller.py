@@ -189,6 +189,8 @@ def machine_of(chip, chips_number=b"\x01\x02\x03\x04"):
                 chip.drive(number, 0 if value is None else value)
             if mode == Pin.IN:
                 chip.claim(number, "input")
+            if pull == Pin.PULL_UP:
+                chip.levels.setdefault(number, 1)
 
         def init(self, mode):
             chip.taken[self.number] = "output" if mode == Pin.OUT else "input"

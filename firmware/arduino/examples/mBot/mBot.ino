@@ -1,5 +1,6 @@
 // An mBot from Makeblock, as it comes out of its box: choose the board Uno in the menu Tools, and upload this sketch once.
-// Hold the button while you switch the car on, and it leads (its lamps are yellow); else it follows (blue).
+// Hold the button while you switch the car on, and it leads (its lamps are yellow) until it has been off for some seconds;
+// else it follows (blue).
 // After that it takes programs from Motorcade's studio, or from `motorcade upload`.
 #include <Motorcade.h>
 

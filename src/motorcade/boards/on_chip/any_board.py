@@ -97,15 +97,16 @@ class LevelInput:
         number: of the pin.
         active: the level that counts as 1.
         threshold: in percent of the supply; 0 for a digital input.
+        pull: machine.Pin.PULL_UP, or None.
     """
 
-    def __init__(self, machine: "Any", number: int, active: int, threshold: int) -> None:
+    def __init__(self, machine: "Any", number: int, active: int, threshold: int, pull: "Any" = None) -> None:
         self._active = active
         self._threshold = threshold * _FULL // 100
         if threshold:
             self._pin = machine.ADC(machine.Pin(number))
         else:
-            self._pin = machine.Pin(number, machine.Pin.IN)
+            self._pin = machine.Pin(number, machine.Pin.IN, pull)
 
     def value(self) -> int:
         """Return 1 or 0."""
@@ -130,8 +131,9 @@ class Pixels:
         self._count = count
         self._pin = machine.Pin(number, machine.Pin.OUT, value=0)
         self._state_machine: Any = None
-        self._send = machine.bitstream
-        if modules.platform != "esp32":
+        if modules.platform == "esp32":
+            self._send = machine.bitstream
+        else:
             rp2 = modules.chip
             program = assemble(rp2)
             self._state_machine = rp2.StateMachine(
@@ -163,7 +165,10 @@ class AnyBoard(MicroPythonBoard):
         plain["pins"] = {part: pins[part] for part in _PLAIN if part in pins}
         if "button" in pins:
             # Whoever holds it while the power comes on chooses a leader.
-            plain["is_leader"] = _input(machine, pins["button"]["signal"], options["button"]).value() > 0
+            how = options["button"]
+            pull = None if how["active"] else machine.Pin.PULL_UP
+            button = LevelInput(machine, pins["button"]["signal"], how["active"], how["threshold"], pull)
+            plain["is_leader"] = button.value() > 0
         super().__init__(plain, modules, *others)
         for part, numbers in settings["inputs"].items():
             self._inputs[part] = [_input(machine, number, options.get(part, {})) for number in numbers]
