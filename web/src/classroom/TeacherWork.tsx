@@ -10,6 +10,7 @@ import { useAttempt } from "./attempt";
 import { askTeacher } from "./ask";
 import { Avatar } from "./Avatar";
 import css from "./class.module.css";
+import { Lessons } from "./Lessons";
 import { Report } from "./TeacherCheck";
 
 const LOOK_EVERY_MS = 5000;
@@ -115,6 +116,7 @@ export function HandOutPart({ view }: { view: ClassView }) {
             </li>
           ))}
         </ul>
+        <Lessons missions={progress?.missions ?? []} onHandOut={(id, name) => void send({ mission: { id } }, name)} />
         <h2>{t("missions")}</h2>
         <ul className="wrap">
           {progress?.missions.map(({ id, name }) => (
