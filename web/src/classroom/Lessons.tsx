@@ -2,7 +2,9 @@
 
 import type { ClassProgress } from "../generated/classroom";
 import { inLanguage, useTexts } from "../i18n";
+import { classes } from "../ui/classes";
 import { Action } from "../ui/page";
+import css from "./class.module.css";
 
 /** By their number from 1, the missions in the order in which a class plays them; docs/first-lesson.md tells them in full. */
 const LESSONS = [
@@ -23,7 +25,7 @@ export function Lessons({ missions, onHandOut }: LessonsProps) {
     <section aria-label={t("lessons")}>
       <h2>{t("lessons")}</h2>
       {TEXTS.map((lesson, k) => (
-        <details key={lesson}>
+        <details key={lesson} className={classes("box", css.lesson)}>
           <summary>{t(`lesson.${lesson}`)}</summary>
           <ol>
             {t(`lesson.${lesson}Steps`)
