@@ -6,13 +6,12 @@ import { classes } from "../ui/classes";
 import { Action } from "../ui/page";
 import css from "./class.module.css";
 
-/** By their number from 1, the missions in the order in which a class plays them; docs/first-lesson.md tells them in full. */
+/** The missions in the order in which a class plays them; docs/first-lesson.md and the two others tell the lessons in full. */
 const LESSONS = [
-  ["forward-and-stop", "round-the-corner"],
-  ["follow-me", "close-enough", "pass-it-on"],
-  ["red-light", "zebra-crossing", "home-on-the-dark"],
+  { title: "lesson.first", steps: "lesson.firstSteps", missions: ["forward-and-stop", "round-the-corner"] },
+  { title: "lesson.second", steps: "lesson.secondSteps", missions: ["follow-me", "close-enough", "pass-it-on"] },
+  { title: "lesson.third", steps: "lesson.thirdSteps", missions: ["red-light", "zebra-crossing", "home-on-the-dark"] },
 ] as const;
-const TEXTS = ["first", "second", "third"] as const;
 
 interface LessonsProps {
   missions: ClassProgress["missions"];
@@ -24,11 +23,11 @@ export function Lessons({ missions, onHandOut }: LessonsProps) {
   return (
     <section aria-label={t("lessons")}>
       <h2>{t("lessons")}</h2>
-      {TEXTS.map((lesson, k) => (
-        <details key={lesson} className={classes("box", css.lesson)}>
-          <summary>{t(`lesson.${lesson}`)}</summary>
+      {LESSONS.map((lesson) => (
+        <details key={lesson.title} className={classes("box", css.lesson)}>
+          <summary>{t(lesson.title)}</summary>
           <ol>
-            {t(`lesson.${lesson}Steps`)
+            {t(lesson.steps)
               .split("\n")
               .map((step) => (
                 <li key={step}>{step}</li>
@@ -36,7 +35,7 @@ export function Lessons({ missions, onHandOut }: LessonsProps) {
           </ol>
           <ul className="wrap">
             {missions
-              .filter(({ id }) => (LESSONS[k] as readonly string[]).includes(id))
+              .filter(({ id }) => (lesson.missions as readonly string[]).includes(id))
               .map(({ id, name }) => (
                 <li key={id}>
                   <Action onClick={() => onHandOut(id, inLanguage(name))}>{inLanguage(name)}</Action>{" "}
