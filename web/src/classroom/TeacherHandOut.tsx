@@ -11,6 +11,7 @@ import { Action, Problem, Tick } from "../ui/page";
 import { useAttempt } from "./attempt";
 import { askTeacher } from "./ask";
 import css from "./class.module.css";
+import { Lessons } from "./Lessons";
 import { useOwnProjects } from "./TeacherWork";
 
 /** The missions that come with Motorcade, path by path and in order. */
@@ -64,6 +65,7 @@ export function HandOutPart({ view }: { view: ClassView }) {
             </li>
           ))}
         </ul>
+        <Lessons missions={missions} onHandOut={(id, name) => void send({ mission: { id } }, name)} />
         <Paths missions={missions} onGive={({ id, name }) => void send({ mission: { id } }, inLanguage(name))} />
         <div className={css.handedOut}>
           <p role="status">{done}</p>

@@ -154,6 +154,21 @@ describe("the teacher", () => {
     expect(given()[1]).toEqual({ mission: { id: "the-square" }, to: null });
   });
 
+  it("finds lessons with their steps, and hands out a mission of one", async () => {
+    const user = userEvent.setup({ delay: null });
+    const asked = answerBy({
+      "/api/teacher/progress": () => ({ missions: [{ id: "pass-it-on", name: { en: "Pass it on" } }], stars: {} }),
+      "/api/projects/list": () => [],
+      "/api/teacher/hand-out": () => ({ pupils: 2, missed: [] }),
+    });
+    render(<HandOutPart view={VIEW} />);
+    const lessons = within(await screen.findByRole("region", { name: say("class.lessons") }));
+    await user.click(lessons.getByText(say("class.lesson.second")));
+    expect(lessons.getByText(/Whisper a word/).tagName).toBe("LI");
+    await user.click(await lessons.findByRole("button", { name: "Pass it on" }));
+    expect(asked.at(-1)).toEqual(["/api/teacher/hand-out", { mission: { id: "pass-it-on" }, to: null }]);
+  });
+
   it("sees that a report is being made, and asks for no second one meanwhile", async () => {
     const user = userEvent.setup({ delay: null });
     let made: (page: string) => void = () => undefined;
