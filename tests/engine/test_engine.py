@@ -251,7 +251,7 @@ def test_a_run_is_the_same_at_once_in_slices_by_ticks_or_beside_other_worlds(cas
 
 
 QUIET = {
-    "nobody is told": Program([wait(3)]),
+    "nobody is told": Program([wait(1), forward(2, speed=3)]),
     "all stand": Program([wait(3)], Followers([led(1, 2), led(2, 2)], forward=True, tagged=True)),
     "all drive": Program([wait(3)], Followers([forward(3, speed=3), left(2)], tagged=True)),
     "all mind": Program([together(wander(3), avoid(1, 3), voice())], Followers([together(wander(3), pir(), voice())])),
@@ -259,25 +259,47 @@ QUIET = {
 
 
 @pytest.mark.parametrize("physics", [Physics(), Physics(wheel_noise=0.1), Physics(collisions=False)])
-@pytest.mark.parametrize("cars", [1, 5, 40])
+@pytest.mark.parametrize("cars", [1, 5, 120])
 @pytest.mark.parametrize("program", QUIET.values(), ids=QUIET)
 def test_a_world_that_goes_at_once_to_what_is_due_is_where_single_ticks_bring_it(
-    program: Program, cars: int, physics: Physics
+    program: Program, cars: int, physics: Physics, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Voices, people and sorts come in between, and somebody drives a car for a while."""
-    poses = [Pose(0.4 * (car % 7), 0.4 * (car // 7), 2.4 * car) for car in range(cars)]
+    """Voices, people and sorts come in between, and somebody drives a car for a while; also in strips.
+
+    Leaders that tell nobody anything drive into cars that stand.
+    """
+    monkeypatch.setattr("motorcade.engine.world._LARGE", 100)
+    poses = [Pose(0.16 * (car % 10), 0.16 * (car // 10), 2.4 * car) for car in range(cars)]
+    starts = Starts.of(poses, [car % 12 == 0 for car in range(cars)])
     voices = Voice(0.901, "stop"), Voice(1.5, "go"), Voice(7.401, "stop")
     people = Person(((0.0, -9.0, 0.0), (8.0, 9.0, 0.0)))
-    mat = replace(open_table(poses, tick_ms=20), voices=voices, people=(people,), physics=physics)
+    mat = Mat("quiet", starts, 20, voices=voices, people=(people,), physics=physics)
     image = compile_program(program).image
     at_once, stepped = (World(mat, [image], seeds=range(2), threads=1) for _ in range(2))
+    in_strips = World(mat, [image], threads=2)
     for act in (nothing, lambda world: world.drive(0, 60, 1, 200), lambda world: world.give_back(0)):
-        for world in (at_once, stepped):
+        for world in (at_once, stepped, in_strips):
             act(world)
-        at_once.run(3000)
+        for world in (at_once, in_strips):
+            world.run(3000)
         for _ in range(150):
             stepped.step()
-        assert [digest(at_once, which) for which in range(2)] == [digest(stepped, which) for which in range(2)]
+        expected = digest(stepped)
+        assert [digest(at_once), digest(in_strips), digest(at_once, 1)] == [expected, expected, digest(stepped, 1)]
+
+
+def test_a_car_that_is_pushed_disturbs_one_of_a_group_that_rests() -> None:
+    """A leader pushes the last car of the first group into the first one of the second."""
+    below, above = ([Pose(0.4 * car, y) for car in range(31)] for y in (-3.0, 3.0))
+    poses = [*below[1:], Pose(-0.05, 0), Pose(0.16, 0), Pose(0.311, 0), *above]
+    mat = Mat("groups", Starts.of(poses, [car == 30 for car in range(64)]), 20)
+    image = compile_program(Program([wait(1), forward(2, speed=3)])).image
+    at_once, stepped = (World(mat, [image]) for _ in range(2))
+    at_once.run(1300)
+    for _ in range(65):
+        stepped.step()
+    assert stepped.snapshot().x_m[32] > 0.313
+    assert digest(at_once) == digest(stepped)
 
 
 def test_a_slice_stays_so_short_that_cars_may_wake_up_in_it() -> None:

@@ -7,10 +7,12 @@ matter to a car in it are listed, the nearest first.
 import math
 
 from motorcade.engine.backend import in_kernel
-from motorcade.engine.state import CarArrays, Cells, Floats, Obstacles, Words
+from motorcade.engine.state import Arrays, CarArrays, Cells, Floats, Now, Obstacles, Words
 from motorcade.mats.plane import nearest_of_segment
 
 ORIGIN_X, ORIGIN_Y, PER_UM, COLUMNS, ROWS = range(5)
+# So many cars, one after the other in the arrays, rest together.
+GROUP = 32
 # What rounding of a distance and of the corner of a cell can make, µm.
 _ROUNDING_UM = 2.0
 _HALF_DIAGONAL = math.sqrt(0.5)
@@ -99,6 +101,30 @@ def order_by_cell(world: int, begin: int, end: int, cars: CarArrays, cells: Cell
     for c in range(count, 0, -1):
         first[c] = first[c - 1]
     first[0] = begin
+
+
+@in_kernel
+def is_in_order(begin: int, end: int, cars: CarArrays) -> bool:
+    """Whether ``cars.order`` leaves all cars where they are."""
+    others = 0
+    for i in range(begin, end):
+        others |= int(cars.order[i]) ^ i
+    return others == 0
+
+
+@in_kernel
+def wake_all(begin: int, end: int, share: int, arrays: Arrays) -> None:
+    """Let no group of the cars between two indices rest."""
+    for group in range((end - begin + GROUP - 1) // GROUP):
+        arrays.around.wakes[share, group] = 0
+
+
+@in_kernel
+def disturb(i: int, arrays: Arrays, now: Now) -> None:
+    """Let the group of car ``i``, which may be due sooner than was known, find out anew for how long it rests."""
+    wakes, group = arrays.around.wakes, (i - now.begin) // GROUP
+    if wakes[now.share, group] > now.tick + 1:
+        wakes[now.share, group] = 0
 
 
 @in_kernel

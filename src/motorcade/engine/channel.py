@@ -20,7 +20,7 @@ from typing import Literal, get_args
 from motorcade.car import frames
 from motorcade.engine import events
 from motorcade.engine.backend import in_kernel
-from motorcade.engine.cells import cell_of, cells_around, cells_between
+from motorcade.engine.cells import cell_of, cells_around, cells_between, disturb
 from motorcade.engine.geometry import FAR_UM, cosine, cross, is_shaded, mix, sine
 from motorcade.engine.state import NOBODY, SPARE, Around, Arrays, CarArrays, Floats, Now, Obstacles, Rules, Voices
 from motorcade.words.ticks import elapsed_ms, later_ms, reached
@@ -184,6 +184,7 @@ def _arrive(i: int, j: int, distance: int, arrays: Arrays, now: Now) -> None:
             cars.heard_from[i] = sender
             if reached(cars.due[i], cars.sends_until[j]):
                 cars.due[i] = cars.sends_until[j]
+                disturb(i, arrays, now)
     if is_free or distance < loudest:
         cars.loudest[i] = distance
     if reached(cars.sends_until[j], cars.air_until[i]):

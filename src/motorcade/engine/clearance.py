@@ -161,6 +161,7 @@ def wake_near(i: int, arrays: Arrays, now: Now) -> None:
             dx, dy = float(cars.x[j]) - x, float(cars.y[j]) - y
             if dx * dx + dy * dy < near * near and not others_due(cars.clear[j], now.tick + 1):
                 cars.clear[j] = with_others(cars.clear[j], half(now.tick + 1, 0))
+                cells.disturb(j, arrays, now)
 
 
 @in_kernel

@@ -15,7 +15,19 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from motorcade.car import brain, decisions, frames, next_wakeup, step
-from motorcade.engine import agents, bicycle, bodies, cells, channel, clearance, events, floor, geometry, showing
+from motorcade.engine import (
+    agents,
+    bicycle,
+    bodies,
+    cells,
+    channel,
+    clearance,
+    events,
+    floor,
+    geometry,
+    resting,
+    showing,
+)
 from motorcade.engine.backend import in_kernel, methods_in_kernel
 from motorcade.engine.judging import judge
 from motorcade.engine.state import DRIVEN, MOST_PARTS, NOBODY, Arrays, ForBrain, Ints, Now, Words
@@ -23,11 +35,7 @@ from motorcade.words.flow import FLOOR, OBSTACLE, PERSON
 from motorcade.words.positions import AVOID_ENABLE_AT, FLOOR_AT, PIR_AT, UNTIL_AT, UNTIL_LEVEL_AT
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
 
-ALL, RESTORED = -1, -2
 _NEVER = next_wakeup.NEVER_MS
-_HALF_CLOCK = (TICKS_MASK + 1) // 2
-# Of so many cars the next ticks are known together.
-_AT_ONCE = 32
 # The bits of a word that reacts to something that is sensed; those of a condition are 0 in other words than states.
 _SENSES = 1 << PIR_AT | 1 << FLOOR_AT | 1 << AVOID_ENABLE_AT | 15 << UNTIL_AT
 
@@ -251,34 +259,24 @@ def _switch_on(begin: int, end: int, arrays: Arrays, now: Now) -> None:
 
 
 @in_kernel
-def step_cars(begin: int, end: int, arrays: Arrays, now: Now) -> int:
-    """Run the turn of those cars between two indices that are due.
+def step_cars(arrays: Arrays, now: Now) -> int:
+    """Run the turn of those cars that are due.
 
     Returns:
-        How many of them began a frame; ``cars.order`` lists their indices from ``begin`` on.
+        How many of them began a frame; ``cars.order`` lists their indices from ``now.begin`` on.
     """
-    senders, low = 0, begin
-    while low < end:
-        high = min(low + arrays.around.looks.shape[1], end)
-        senders += _step_some(low, high, begin + senders, arrays, now)
-        low = high
+    senders, low = 0, now.begin
+    while low < now.end:
+        low, turns, looks = resting.list_due(low, arrays, now)
+        senders += _step_listed(turns, looks, now.begin + senders, arrays, now)
     return senders
 
 
 @in_kernel
-def _step_some(begin: int, end: int, first_sender: int, arrays: Arrays, now: Now) -> int:
-    """Do the work of `step_cars` for as many cars as can be listed.
-
-    They are listed before anything is done, because a processor can't foresee which of them are due.
-    """
+def _step_listed(turns: int, looks: int, first_sender: int, arrays: Arrays, now: Now) -> int:
+    """Do the work of `step_cars` for the cars that are listed."""
     cars, rules, around, share = arrays.cars, arrays.rules, arrays.around, now.share
-    turns, looks, senders = 0, 0, 0
-    is_loud = now.said != brain.NO_VOICE or now.first_voice < now.last_voice
-    for i in range(begin, end):
-        around.car[share, turns], around.looks[share, looks] = i, i
-        has_turn = is_loud | (reached(now.ms, cars.due[i]) > 0)
-        turns += has_turn
-        looks += (not has_turn) & clearance.is_due(cars.clear[i], now.tick) & (rules.collisions > 0)
+    senders, is_loud = 0, resting.is_loud(now)
     for k in range(turns):
         i, looked = int(around.car[share, k]), False
         hears = is_loud and channel.voice_at(i, arrays, now) != brain.NO_VOICE
@@ -332,19 +330,6 @@ def _set_due(car: CarTurn, wait: int) -> None:
     cars.due[i] = later_ms(now, max(wait, 1))
 
 
-@in_kernel
-def _sort(world: int, begin: int, end: int, arrays: Arrays) -> None:
-    """Sort the cars of a world by their cells."""
-    cars = arrays.cars
-    cells.fit(world, begin, end, cars, arrays.cells, arrays.rules.cell)
-    cells.order_by_cell(world, begin, end, cars, arrays.cells)
-    for field in range(cells.fields(cars)):
-        cells.gather(begin, end, field, cars.push, cars)
-        cells.put_back(begin, end, field, cars.push, cars)
-    cells.clear_push(begin, end, cars)
-    bicycle.find(world, begin, end, cars, arrays.driven)
-
-
 def run(share: int, shares: int, until: int, said_at: int, said: int, seeds: Ints, arrays: Arrays) -> None:
     """Step the worlds of one of several shares, one after the other, each from its own tick to tick ``until``.
 
@@ -359,7 +344,9 @@ def run(share: int, shares: int, until: int, said_at: int, said: int, seeds: Int
         begin, end, seed = world * per_world, (world + 1) * per_world, seeds[world]
         first_tick = counts[world, events.TICK]
         spoken = channel.voices_until((first_tick - 1) * rules.tick_ms, voices)
+        cells.wake_all(begin, end, share, arrays)
         tick = first_tick
+        sort_at = first_tick + -first_tick % rules.sort_every
         while tick < until:
             ms = tick * rules.tick_ms & TICKS_MASK
             first_voice = spoken
@@ -369,46 +356,30 @@ def run(share: int, shares: int, until: int, said_at: int, said: int, seeds: Int
             now = Now(world, world, share, seed, tick, ms, voice, first_voice, spoken, begin, end)
             if tick == 0:
                 _switch_on(begin, end, arrays, now)
-            if tick % rules.sort_every == 0:
-                _sort(world, begin, end, arrays)
+            if tick == sort_at:
+                resting.sort(world, begin, end, share, arrays)
+                sort_at += rules.sort_every
             bicycle.set_out(arrays, now)
-            senders = step_cars(begin, end, arrays, now)
+            senders = step_cars(arrays, now)
             for k in range(begin, begin + senders):
                 channel.spread_frame(cars.order[k], begin, end, arrays, now)
-            ticks = 1 + _idle_ticks(until, arrays, now)
-            bodies.move(begin, end, seed, tick, ticks, cars, rules)
+            ticks = _ticks_to_next(min(until, sort_at), arrays, now)
+            resting.move(ticks, arrays, now)
             bicycle.turn_round(world, cars, driven)
             tick += ticks
         counts[world, events.TICK] = max(first_tick, until)
 
 
 @in_kernel
-def _idle_ticks(until: int, arrays: Arrays, now: Now) -> int:
-    """How many ticks after this one, up to ``until``, do nothing but move cars that keep their displacement."""
-    cars, rules, voices = arrays.cars, arrays.rules, arrays.voices
-    if arrays.driven.shape[1]:
-        # The displacement of a driven car changes in every tick.
-        return 0
-    next_tick, tick_ms = now.tick + 1, rules.tick_ms
-    idle = min(until - next_tick, bodies.MOST_TICKS - 1, rules.sort_every - 1 - now.tick % rules.sort_every)
-    if now.last_voice < voices.at_ms.shape[0]:
-        idle = min(idle, (voices.at_ms[now.last_voice] + tick_ms - 1) // tick_ms - next_tick)
-    low, next_ms = now.begin, next_tick * tick_ms
-    while low < now.end and idle > 0:
-        # Several cars at an instruction, and no more than these where one is due.
-        high = min(low + _AT_ONCE, now.end)
-        rest_ms, clear, slips = idle * tick_ms, idle, 0
-        for i in range(low, high):
-            rest_ms = min(rest_ms, ((int(cars.due[i]) - next_ms + _HALF_CLOCK) & TICKS_MASK) - _HALF_CLOCK)
-            clear = min(clear, clearance.ticks_clear(cars.clear[i], next_tick))
-            slips |= int(cars.wheels[i]) & 3
-        idle = min(idle, (rest_ms + tick_ms - 1) // tick_ms)
-        if rules.collisions:
-            idle = min(idle, clear)
-        if rules.wheel_noise > 0.0 and slips:
-            idle = 0
-        low = high
-    return max(idle, 0)
+def _ticks_to_next(most: int, arrays: Arrays, now: Now) -> int:
+    """After how many ticks of a world, at tick ``most`` at the latest, anything else happens than that cars move on."""
+    rules, voices = arrays.rules, arrays.voices
+    next_tick = min(resting.settle(arrays, now), most)
+    if next_tick > now.tick + 1 and now.last_voice < voices.at_ms.shape[0]:
+        next_tick = min(next_tick, (voices.at_ms[now.last_voice] + rules.tick_ms - 1) // rules.tick_ms)
+    if arrays.driven.shape[1] > 0:
+        return 1
+    return max(next_tick - now.tick, 1)
 
 
 ORDER, SORT, SET_OUT, STEP, SPREAD, MOVE, TURN = range(7)
@@ -463,47 +434,31 @@ def run_large(
                 # No car counts on being woken by a car of another strip.
                 for i in range(first[(strips[part] - 1) * columns], first[(strips[part] + 1) * columns]):
                     cars.clear[i] = clearance.with_others(cars.clear[i], clearance.half(tick, 0))
+        for part in range(parts):
+            begin, end = int(first[strips[part] * columns]), int(first[strips[part + 1] * columns])
+            cells.wake_all(begin, end, part, arrays)
     elif phase == TURN:
         bicycle.turn_round(0, cars, driven)
     else:
         begin, end = int(first[strips[share] * columns]), int(first[strips[share + 1] * columns])
         now = Now(0, share, share, seed, tick, ms, said, first_voice, spoken, begin, end)
         if phase == STEP:
-            senders[share] = step_cars(begin, end, arrays, now)
+            senders[share] = step_cars(arrays, now)
         elif phase == SPREAD:
             for other in range(max(share - 1, 0), min(share + 2, int(senders[MOST_PARTS]))):
                 begun = first[strips[other] * columns]
                 for k in range(begun, begun + senders[other]):
                     channel.spread_frame(cars.order[k], begin, end, arrays, now)
         else:
-            bodies.move(begin, end, seed, tick, 1, cars, rules)
-
-
-def wake(tick: int, moved: int, worlds: int, arrays: Arrays) -> None:
-    """Make every car look around in its next tick, because its surroundings have changed.
-
-    The car at index ``moved`` also gets the displacement of its new heading. With ALL every car gets its own, but
-    none does where wheels have noise. With RESTORED, after a saved world was loaded, none does, and a car keeps the
-    time of its next turn.
-    """
-    cars, rules = arrays.cars, arrays.rules
-    now, per_world = tick * rules.tick_ms & TICKS_MASK, cars.x.shape[0] // worlds
-    for world in range(worlds):
-        begin, end = world * per_world, (world + 1) * per_world
-        for i in range(begin, end):
-            if moved == i or (moved == ALL and rules.wheel_noise == 0.0):
-                bodies.set_displacement(i, cars.wheels[i], cars, rules)
-            if moved != RESTORED:
-                cars.due[i] = now
-            cars.clear[i] = clearance.due_now(tick)
-        _sort(world, begin, end, arrays)
+            resting.settle(arrays, now)
+            resting.move(1, arrays, now)
 
 
 # All kernels, by name.
 KERNELS: Mapping[str, Callable[..., None]] = {
     kernel.__name__: kernel
     for kernel in (
-        *(run, run_large, wake, judge),
+        *(run, run_large, resting.wake, judge),
         bicycle.give_back,
         agents.begin_words,
         agents.read_obstacle,

@@ -16,6 +16,7 @@ from motorcade.car.decisions import SIZE as DECISIONS
 from motorcade.config.profile import Profile, levels_of
 from motorcade.engine.backend import Backend, allocate_all
 from motorcade.engine.bodies import LOOK_BEYOND_UM, person_at
+from motorcade.engine.cells import GROUP
 from motorcade.engine.geometry import COSINES, FAR_UM, FULL_TURN, MOST_NORMAL, NORMALS, to_heading
 from motorcade.engine.state import (
     MOST_PARTS,
@@ -49,6 +50,8 @@ BYTES_A_CAR = 256
 # Cars are sorted by cells again before any of them can have gone farther.
 _DRIFT_UM = 100_000
 _LINE = 16  # cars in a cache line
+# So many bytes are two cache lines, which processors fetch together.
+_APART = 128
 CELL_UM = 450_000.0
 # With so few cars, checking all of them is faster than cells.
 _FEW_CARS = 24
@@ -199,14 +202,22 @@ def cells_of(worlds: int, per_world: int, memory: "Backend") -> Cells:
 
 
 def around_of(shares: int, per_world: int, memory: "Backend") -> Around:
-    """Allocate scratch memory for lists of cars, for each share."""
-    shape = shares, min(per_world, _MOST_AROUND) + SPARE
+    """Allocate scratch memory for lists of cars and for groups that rest, for each share."""
+    shape = shares, _far_apart(min(per_world, _MOST_AROUND) + SPARE)
+    groups = shares, _far_apart(-(-per_world // GROUP))
     return Around(
         x=memory.zeros("Around.x", shape, "float64"),
         y=memory.zeros("Around.y", shape, "float64"),
         car=memory.zeros("Around.car", shape, "int32"),
         looks=memory.zeros("Around.looks", shape, "int32"),
+        wakes=memory.zeros("Around.wakes", groups, "int64"),
+        moves=memory.zeros("Around.moves", groups, "uint8"),
     )
+
+
+def _far_apart(items: int) -> int:
+    """How many items a row has so that no two threads write to one cache line."""
+    return -(-items // _APART) * _APART
 
 
 def people_of(mat: Mat, parts: int) -> People:

@@ -25,8 +25,8 @@ from motorcade.config.profile import Profile, levels_of, profile_from_dict
 from motorcade.engine import bicycle, events
 from motorcade.engine.backend import BackendName
 from motorcade.engine.bodies import DISPLACEMENT_BITS
-from motorcade.engine.kernels import RESTORED
 from motorcade.engine.linear_memory import PATH
+from motorcade.engine.resting import RESTORED
 from motorcade.engine.running import FARTHEST_UM
 from motorcade.engine.simulation import Simulation, checked_images
 from motorcade.engine.state import NOBODY, CarArrays

@@ -19,8 +19,8 @@ from motorcade.engine import agents, bicycle, events, floor, layout
 from motorcade.engine.backend import Backend, BackendArray, allocate_all
 from motorcade.engine.geometry import to_heading
 from motorcade.engine.judging import Answers, Questions
-from motorcade.engine.kernels import ALL
 from motorcade.engine.moment import COLUMNS, Columns, Moment, allocate_columns, view_column
+from motorcade.engine.resting import ALL
 from motorcade.engine.running import Running, done_whole
 from motorcade.engine.slices import Slices
 from motorcade.engine.state import DRIVEN, Arrays, Buffer

@@ -193,12 +193,14 @@ Decisions = ForBrain
 
 
 class Around(NamedTuple):
-    """Scratch memory for lists of cars: those around a sender, or those that have something to do in a tick."""
+    """Scratch memory: lists of cars around a sender or with something to do in a tick, and which cars rest."""
 
     x: Floats  # (shares, bodies): µm from the sender
     y: Floats
     car: Lengths  # its index, or that of a car that has a turn
     looks: Lengths  # the index of a car that looks for bodies, besides its turn
+    wakes: Ints  # (shares, groups): the tick before which no car of a group is due; see `motorcade.engine.resting`
+    moves: Bytes  # (shares, groups): 1 where a car of the group may move
 
 
 class Arrays(NamedTuple):
