@@ -49,7 +49,7 @@ def wiring_rows(pins: PinMap, language: str) -> list[WiringRow]:
             rows.append(WiringRow(part, does, wire.pin, label, "", "", ()))
             continue
         between = wire.between(pins.chip)
-        words = [Phrase(f"between-{each.kind}", value=each.value).sentence(language) for each in between]
+        words = [Phrase(f"between-{component.kind}", value=component.value).sentence(language) for component in between]
         part = Phrase(f"device-{wire.device.key}").sentence(language)
         supply = wire.supply(pins.chip)
         components = Phrase("comma").sentence(language).join(words)
