@@ -140,7 +140,7 @@ def test_no_frame_is_lost_while_pixels_are_written(world, program) -> None:
     car = switched_on(world, program)
     world.run(50)
     directions = (LEFT, RIGHT)
-    frames = 600 if SOAK else 120
+    frames = 600 if SOAK else 60
     for number in range(frames):
         if number % 60 == 0:
             car.send(car_request(BLINK, number % 256))
