@@ -3,7 +3,8 @@
 A car-step is one car and one tick of 20 ms. Every repetition resets a crowd, runs it for five seconds so that words
 have spread, and times the next four seconds in one call; small crowds run many times in a row. The mat holds everything
 that a mat can hold, and all physics is on except wheel noise (`crowd_scenario`). Contestants take turns. The figures
-are medians of the repetitions during which other processes left the machine idle.
+are medians of the repetitions during which other processes left the machine idle. Small and quiet worlds, of one
+thread, are timed beside them.
 """
 
 import argparse
@@ -18,6 +19,7 @@ from peers import ir_sim, memory_roof, plain_loop, vmas
 from rich.console import Console
 from rich.table import Table
 from road_scenario import road_mat, road_programs
+from small_worlds import small_worlds
 from timing import Contestant, has_peer, take_turns
 
 from motorcade.config.profile import built_in_profile
@@ -204,6 +206,13 @@ def add_roof(report: Report, large: Crowd, roof: Contestant) -> None:
     report.table.add_section()
 
 
+def add_small_worlds(report: Report, small: dict[str, Contestant]) -> None:
+    for name, it in small.items():
+        figure = f"{1e6 / it.rate:,.1f} ({1e6 / it.rates[1]:,.1f}–{1e6 / it.rates[0]:,.1f}) µs a simulated second"
+        report.figure(name, figure, quiet=it.repetitions)
+    report.table.add_section()
+
+
 def add_peers(report: Report, peers: dict[str, tuple[Contestant | None, Contestant]]) -> None:
     for name, (peer, ours) in peers.items():
         if peer:
@@ -247,13 +256,15 @@ def measure(quick: bool, has_ir_sim: bool, has_vmas: bool, report_progress: Call
     many_name = f"{worlds:,} worlds × 16 cars, 2 threads"
     one, many = crowds(quick), Crowd(16, 2, worlds)
     peers, start, roof = peers_of(one, many, has_ir_sim, has_vmas), fresh_start(), memory_roof()
+    small = small_worlds()
     start.run()
     contestants = dict(contestants_of({**one, many_name: many}, peers))
-    take_turns({**contestants, "first step": start, "triad": roof}, turns, report_progress)
+    take_turns({**contestants, **small, "first step": start, "triad": roof}, turns, report_progress)
     report = Report(turns)
     add_crowds(report, one, many_name, many)
     add_scaling(report, one, start)
     add_roof(report, next(iter(one.values())), roof)
+    add_small_worlds(report, small)
     add_peers(report, peers)
     return report.table
 
