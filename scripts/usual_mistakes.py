@@ -12,9 +12,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from motorcade.missions.check import check_program
+from motorcade.missions.check import Mistake, check_program
 from motorcade.missions.document import missions
-from motorcade.missions.mistakes import Failure
 from motorcade.missions.model import Mission
 from motorcade.program.model import Program
 from motorcade.program.python_calls import STEP_NAMES
@@ -49,7 +48,7 @@ def main() -> None:
     lines = []
     for mission in sorted(missions(), key=lambda mission: mission.id):
         programs = noted_programs(mission)
-        failures = [Failure.of(check_program(mission, program), program) for program in programs]
+        failures = [Mistake.of(check_program(mission, program), program) for program in programs]
         lines.append(f"{json.dumps(mission.id)}: {json.dumps(failures)}")
     FILE.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
 

@@ -6,10 +6,9 @@ import pytest
 from scripts.usual_mistakes import PROGRAMS, noted_programs, program_of
 
 from motorcade.locales import languages
-from motorcade.missions.check import check_program, open_worlds_here, watched
+from motorcade.missions.check import check_program, open_worlds_here, usual_mistake, watched
 from motorcade.missions.document import LITERATURE, missions, shortest_programs
 from motorcade.missions.goal import EVERY_MS
-from motorcade.missions.mistakes import usual_mistake
 from motorcade.missions.schema import PATHS
 from motorcade.missions.watch import MissionWatch
 from motorcade.program.compiler import compile_program

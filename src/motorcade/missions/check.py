@@ -1,10 +1,19 @@
-"""Check a program against a mission: simulate it on every seed, and count the stars."""
+"""Check a program against a mission: simulate it on every seed, count the stars, and know a usual mistake.
 
+A run's way of going wrong is told by the sentences about the first star's goals. Of several mistakes in the mission's
+notes that go wrong in the same way, the one counts whose program is most alike. `scripts/usual_mistakes.py` runs the
+programs of the notes, and makes mistakes.json.
+"""
+
+import json
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
-from functools import reduce
+from functools import cache, reduce
+from importlib import resources
+from itertools import chain
 from statistics import fmean
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 from motorcade.config.profile import Profile
 from motorcade.engine.moment import Event, Moment
@@ -24,6 +33,8 @@ from motorcade.words.packing import bytes_to_words
 
 # The kind of the result for steps that the mission does not allow.
 STEPS = "steps"
+# Programs that differ by a larger part of the settings are no longer the same mistake.
+_MOST_DIFFERENT = 0.5
 
 
 class Sight(NamedTuple):
@@ -218,3 +229,74 @@ def watched(world: Simulation, mission: Mission) -> Iterator[Sight]:
             return
         run_to_next(world, end_ms)
         begun = [begun_words(world, number) for number in range(world.worlds)]
+
+
+class Mistake(NamedTuple):
+    """How a program fails.
+
+    Attributes:
+        lost: of each goal of the first star the key of its sentence; empty where it is met.
+        settings: its steps' settings, and those of the followers, each with the kinds of steps around it.
+    """
+
+    lost: list[str]
+    settings: list[str]
+
+    @classmethod
+    def of(cls, result: Result, program: Program) -> Self:
+        """How the program failed that has this result."""
+        lost = ["" if goal.met else _key(goal.why) for goal in result.goals if goal.star == 1]
+        document = program.as_dict()
+        settings = (_settings(document[part] or [], part) for part in ("leader", "followers"))
+        return cls(lost, sorted(chain(*settings)))
+
+    def differs_by(self, other: "Mistake") -> int:
+        """By how many settings the programs differ."""
+        one, two = Counter(self.settings), Counter(other.settings)
+        return ((one - two) + (two - one)).total()
+
+    def is_like(self, known: "Mistake") -> bool:
+        """Whether a program fails as one that is known, and is much the same."""
+        return self.lost == known.lost and self.differs_by(known) <= _MOST_DIFFERENT * len(known.settings)
+
+
+def _settings(node: Any, place: str) -> Iterator[str]:
+    """Each value of a part of a program's document, after the keys that lead to it."""
+    if isinstance(node, dict):
+        for key, value in node.items():
+            yield from _settings(value, f"{place} {key}")
+    elif isinstance(node, list):
+        for item in node:
+            yield from _settings(item, place)
+    else:
+        yield f"{place} {node}"
+
+
+def _key(why: Phrase) -> str:
+    """The key of a sentence, and of the one that it holds."""
+    inner = why.details.get("what")
+    if isinstance(inner, Phrase):
+        return f"{why.key} {inner.key}"
+    return why.key
+
+
+def usual_mistake(mission: Mission, result: Result, program: Program) -> int | None:
+    """Return the number of the mistake in the mission's notes, from 0; None where it is none of them."""
+    if 1 in result.stars:
+        return None
+    mistake = Mistake.of(result, program)
+    alike = [
+        (mistake.differs_by(known), number)
+        for number, known in enumerate(_usual_mistakes().get(mission.id, []))
+        if mistake.is_like(known)
+    ]
+    if not alike:
+        return None
+    return min(alike)[1]
+
+
+@cache
+def _usual_mistakes() -> dict[str, list[Mistake]]:
+    """Of each mission that comes with Motorcade how the programs of its notes fail, in their order."""
+    text = (resources.files("motorcade.missions") / "mistakes.json").read_text(encoding="utf-8")
+    return {name: [Mistake(*mistake) for mistake in mistakes] for name, mistakes in json.loads(text).items()}

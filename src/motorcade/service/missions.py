@@ -12,10 +12,9 @@ from motorcade.engine.moment import to_moment, unpack_events
 from motorcade.errors import MotorcadeError
 from motorcade.missions import document as documents
 from motorcade.missions import model
-from motorcade.missions.check import STEPS, check_program, open_worlds_here, watched
+from motorcade.missions.check import STEPS, check_program, open_worlds_here, usual_mistake, watched
 from motorcade.missions.document import OWN, built_in_mission, mission_of, parse_mission
 from motorcade.missions.goal import GoalState
-from motorcade.missions.mistakes import usual_mistake
 from motorcade.missions.odds import OpenWorlds
 from motorcade.missions.schema import GOALS
 from motorcade.missions.watch import MissionWatch, goal_phrase
