@@ -71,7 +71,6 @@ function Conditions() {
   const hello = useMat((now) => now.hello);
   return (
     <>
-      <Kind />
       <Followers />
       <NumberSlider
         label={t("mat.loss")}
@@ -93,6 +92,7 @@ function Conditions() {
         onEnd={endEdit}
       />
       <Seed />
+      <Kind />
     </>
   );
 }
