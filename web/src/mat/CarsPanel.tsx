@@ -1,11 +1,12 @@
 import { memo, useEffect, useRef } from "react";
 import { inLanguage, useTexts } from "../i18n";
 import { openMat, saveMat } from "../projects/actions";
+import { chooseKind } from "../projects/project";
 import { openDialog } from "../state/dialogs";
 import { endEdit } from "../state/history";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { chooseKind, setRange, startHere } from "./actions";
+import { setRange, startHere } from "./actions";
 import { carsOf, followersAt, MOST_FOLLOWERS, MOST_ONE_BY_ONE, positionOf, ROOM_TO_SPARE, withFollowers } from "./cars";
 import { FLOOR_NAMES, floorOf, lossOf, type Mat } from "./document";
 import { withLoss } from "./edits";
@@ -70,7 +71,6 @@ function Conditions() {
   const hello = useMat((now) => now.hello);
   return (
     <>
-      <Kind />
       <Followers />
       <NumberSlider
         label={t("mat.loss")}
@@ -92,6 +92,7 @@ function Conditions() {
         onEnd={endEdit}
       />
       <Seed />
+      <Kind />
     </>
   );
 }

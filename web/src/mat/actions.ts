@@ -3,10 +3,8 @@
 import { poseIn } from "../api/world";
 import { say } from "../i18n";
 import { notify } from "../state/dialogs";
-import type { MeasuredCar } from "../api/types";
-import { endEdit, record } from "../state/history";
-import { type Studio, useStudio } from "../state/studio";
-import { collectEdits } from "../words/compiling";
+import { record } from "../state/history";
+import { useStudio } from "../state/studio";
 import { carsOf, MOST_ONE_BY_ONE, oneByOne, type CarPoses } from "./cars";
 import { type Car, type FurnitureKind, listOf, type Mat, type PieceId, type Point, rounded } from "./document";
 import { added, duplicated, moved, removed, reshaped } from "./edits";
@@ -89,22 +87,6 @@ export function setRange(rangeMm: number): void {
   const show = (shown: number | null) => () => useStudio.setState({ rangeMm: shown });
   useStudio.setState({ rangeMm });
   record({ key: "range", undo: show(before), redo: show(rangeMm) });
-}
-
-/** Let the cars be of another kind: those of a profile, or, where there is a `car`, as one that was measured. */
-export function chooseKind(profile: string, car: MeasuredCar | null): void {
-  if (isFixed()) return;
-  const before = useStudio.getState();
-  const show = (kind: Pick<Studio, "profile" | "car">) => () => {
-    // The editors are created anew: their blocks say what a level means.
-    collectEdits();
-    useStudio.setState(kind);
-  };
-  const undo = show({ profile: before.profile, car: before.car });
-  const redo = show({ profile, car });
-  redo();
-  record({ key: "kind", undo, redo });
-  endEdit();
 }
 
 /** Where the cars stand now and at the beginning. */

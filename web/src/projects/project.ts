@@ -1,13 +1,14 @@
 /** The open project: new ones, opening another in its place, and whether it is saved. */
 
 import { RefusedError, request } from "../api/service";
-import type { OpenedProject, Project, WorkspaceState } from "../api/types";
+import type { MeasuredCar, OpenedProject, Project, WorkspaceState } from "../api/types";
 import type { SavedVersion } from "../generated/messages";
 import { inLanguage, say } from "../i18n";
 import { session } from "../mat/session";
+import { isFixed } from "../mat/store";
 import { notify } from "../state/dialogs";
 import { ask, confirm } from "../state/questions";
-import { forgetEdits } from "../state/history";
+import { endEdit, forgetEdits, record } from "../state/history";
 import { useSettings } from "../state/settings";
 import { EMPTY_MAT, ownProject, type Studio, useStudio } from "../state/studio";
 import { collectEdits } from "../words/compiling";
@@ -64,6 +65,22 @@ export function loadProject(project: OpenedProject, parkedFollowers: WorkspaceSt
     isOpening: false,
     generation: generation + 1,
   }));
+}
+
+/** Let the cars be of another kind: those of a profile, or, where there is a `car`, as one that was measured. */
+export function chooseKind(profile: string, car: MeasuredCar | null): void {
+  if (isFixed()) return;
+  const before = useStudio.getState();
+  const show = (kind: Pick<Studio, "profile" | "car">) => () => {
+    // The editors are created anew: their blocks say what a level means.
+    collectEdits();
+    useStudio.setState(kind);
+  };
+  const undo = show({ profile: before.profile, car: before.car });
+  const redo = show({ profile, car });
+  redo();
+  record({ key: "kind", undo, redo });
+  endEdit();
 }
 
 /**
