@@ -26,7 +26,7 @@ from support.soak import SOAK
 from support.studio_page import PHONE
 from support.studio_programs import EXAMPLE
 
-LOOKS = product(SIZES, ("en", "zh"), ("light", "dark", "contrast")) if SOAK else [(SIZES[3], "zh", "dark")]
+LOOKS = list(product(SIZES, ("en", "zh"), ("light", "dark", "contrast"))) if SOAK else [(SIZES[3], "zh", "dark")]
 
 
 @pytest.fixture(scope="module")
