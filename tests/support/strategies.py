@@ -52,9 +52,9 @@ def single_steps(seconds: st.SearchStrategy[float], **more: st.SearchStrategy) -
 
 
 def _minding(kind: type[Step]) -> dict[str, st.SearchStrategy]:
-    senses = st.sampled_from([person(), heard(), *map(obstacle, range(4))])
-    several = st.lists(senses, min_size=1, unique_by=lambda condition: condition.sense).map(any_of)
-    return {"unless": st.none() | several} if issubclass(kind, DrivingStep) else {}
+    senses = [st.just(person()), st.just(heard()), st.sampled_from([*map(obstacle, range(4))])]
+    several = st.lists(st.sampled_from(senses), min_size=1, unique_by=id).flatmap(lambda chosen: st.tuples(*chosen))
+    return {"unless": st.none() | several.map(any_of)} if issubclass(kind, DrivingStep) else {}
 
 
 @st.composite
