@@ -36,6 +36,9 @@ def _needed() -> Iterator[tuple[str, str, str]]:
             for section, about in _STEP_TEXTS:
                 yield section, step.kind, about
             yield "phrases", f"step-{step.kind}", "the step in a sentence"
+            if step.minds:
+                yield "page.blocks.minds", step.kind, "what a drive says that can mind it"
+                yield "phrases", f"why-minds-{step.minds}", "the answer of a car that minds it"
             if step.accompanies:
                 yield "command_line", f"does-{step.kind}", "the step in the command line's table of words"
         for bits in device.bits:

@@ -27,6 +27,7 @@ SHEEPDOG = {
         {"wait": {}, "until": {"not": {"person": {}}}},
     ],
 }
+DRIVE = {"drive": {"direction": "forward", "speed": 2, "seconds": 3}}
 STOPS, NEAREST = "A0800000", 8
 MET = {"en": "somebody was near", "zh": "附近有人"}
 HANDS = [("mouse", "en"), ("touch", "zh"), ("keyboard", "en")]
@@ -197,3 +198,21 @@ def test_the_run_stops_when_a_condition_of_the_leader_is_met(open_page) -> None:
     stopped = studio.page.get_by_text(re.compile("Stopped at 0:02.*car 0: somebody was near", re.IGNORECASE))
     expect(stopped).to_be_visible()
     expect(studio.mat_button("play")).to_be_visible()
+
+
+@pytest.mark.parametrize("touches", [False, True], ids=["mouse", "touch"])
+def test_a_drive_minds_what_is_chosen_in_its_block_and_what_its_drawer_offers(open_page, touches) -> None:
+    studio = open_page(project={**EMPTY, "leader": [DRIVE]}, has_touch=touches)
+    drive = studio.block("leader", studio.say("blocks.forward"))
+    studio.press(drive, position={"x": 14, "y": 14})
+    studio.press(studio.field(drive, studio.say("blocks.ends.time")))
+    studio.press(studio.page.get_by_role("option", name=studio.say("blocks.minds.pir"), exact=True))
+    studio.expect_words(["01000000", "65801000"])
+    # The first block of its kind in the drawer minds a person, too.
+    studio.press(studio.editor("leader").get_by_role("treeitem", name=studio.say("drawers.sense"), exact=True))
+    offered = studio.editor("leader").get_by_role("option", name=studio.say("blocks.forward")).first
+    studio.press(offered, position={"x": 12, "y": 12})
+    studio.expect_words(["02000000", "65801000", "64801000"])
+    studio.undo()
+    studio.undo()
+    studio.expect_words(["01000000", "65800000"])

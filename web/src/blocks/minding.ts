@@ -60,10 +60,12 @@ function mindedIn(block: Blockly.Block | null): string[] {
 export function fitUnless(block: Blockly.Block, show: (block: Blockly.Block, name: string, shown: boolean) => boolean): boolean {
   if (!block.getInput(UNLESS)) return false;
   const types = mindedIn(block.getInputTargetBlock(UNLESS));
+  const changed = [BREAK, ABOVE, UNLESS].map((name) => show(block, name, types.length > 0)).includes(true);
   const label = block.getField(LABEL)!;
+  const text = types.length ? labelOf(types) : "";
   // A value that is set anew is measured anew.
-  if (label.getValue() !== labelOf(types)) label.setValue(labelOf(types), false);
-  return [BREAK, ABOVE, UNLESS].map((name) => show(block, name, types.length > 0)).includes(true);
+  if (label.getValue() !== text) label.setValue(text, false);
+  return changed;
 }
 
 function labelOf(types: readonly string[]): string {
