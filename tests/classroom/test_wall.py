@@ -213,8 +213,8 @@ def test_programs_meet_on_the_shared_mat_and_goals_judge_them(room, now):
         assert (world["cars"], world["leads"], world["mat"]["size_m"]) == (4, [0, 2], [6.25, 2.5])
         hello = shown.until("hello", lambda hello: hello["cars"])
         assert (hello["cars"], hello["leads"]) == (4, [0, 2])
-            # Nothing is earned before a car drives.
-            assert [goal["progress"] for goal in shown.until("goals")["goals"]] == ["open", "open", "open"]
+        # Nothing is earned before a car drives.
+        assert [goal["progress"] for goal in shown.until("goals")["goals"]] == ["open", "open", "open"]
         now[0] += 1
         driven = shown.until("picture", lambda picture: picture.t_ms >= 100)
         while driven.moment.x_m[0] == driven.moment.x_m[2] - 2.5:

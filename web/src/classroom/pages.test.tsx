@@ -27,6 +27,7 @@ const MIA: PupilRow = {
   ...{ id: "1", name: "Mia", avatar: "bus", number: "0042", online: true, away_s: 0, hand_s: 90, stuck_s: null },
   ...{ mission: null, goals_met: 0, goals: 0, stars: 2 },
 };
+const ENTRY = { path: "swarm", mat: { format: "motorcade-mat/1", name: "" }, zones: [], stars: [1, 2], earned: [], minutes: 15 };
 const VIEW = {
   ...{ is: "class", frozen: false, shared: [], stopped: false, mat: { state: "closed" }, title: "4b", code: "HQ6FCA", is_open: true, stuck_minutes: 5, disk: null },
   pupils: [MIA, { ...MIA, id: "2", name: "Ben", hand_s: null }],
@@ -120,11 +121,9 @@ describe("the teacher", () => {
   it("hands a mission out to those who are ticked, or to all who were asked about, and hears whom it missed", async () => {
     const user = userEvent.setup({ delay: null });
     vi.stubGlobal("ResizeObserver", class { observe = vi.fn(); disconnect = vi.fn(); });
-    const mat = { format: "motorcade-mat/1", name: "" };
-    const entry = { path: "swarm", mat, zones: [], stars: [1, 2], earned: [], minutes: 15 };
     const missions = [
-      { ...entry, id: "the-square", name: { en: "Four corners" }, path: "first-drive", order: 4 },
-      { ...entry, id: "follow-me", name: { en: "Everybody out" }, order: 1 },
+      { ...ENTRY, id: "the-square", name: { en: "Four corners" }, path: "first-drive", order: 4 },
+      { ...ENTRY, id: "follow-me", name: { en: "Everybody out" }, order: 1 },
     ];
     const asked = answerBy({
       "/api/missions": () => missions,
@@ -139,7 +138,7 @@ describe("the teacher", () => {
     await user.click(screen.getByRole("checkbox", { name: "Ben" }));
     await user.click(await screen.findByRole("button", { name: "4. Four corners" }));
     const paths = [say("missions.paths.first-drive"), say("missions.paths.swarm")];
-    expect(screen.getAllByRole("heading", { level: 2 }).slice(1).map(({ textContent }) => textContent)).toEqual(paths);
+    expect(screen.getAllByRole("heading", { level: 2 }).slice(2).map(({ textContent }) => textContent)).toEqual(paths);
     expect(screen.getAllByText(/15 min/)).toHaveLength(2);
     const given = () => asked.filter(([path]) => path.endsWith("hand-out")).map(([, message]) => message);
     expect(given()).toEqual([{ mission: { id: "the-square" }, to: ["2"] }]);
@@ -156,17 +155,19 @@ describe("the teacher", () => {
 
   it("finds lessons with their steps, and hands out a mission of one", async () => {
     const user = userEvent.setup({ delay: null });
+    vi.stubGlobal("ResizeObserver", class { observe = vi.fn(); disconnect = vi.fn(); });
     const asked = answerBy({
-      "/api/teacher/progress": () => ({ missions: [{ id: "pass-it-on", name: { en: "Pass it on" } }], stars: {} }),
+      "/api/missions": () => [{ ...ENTRY, id: "pass-it-on", name: { en: "Pass it on" }, order: 3 }],
       "/api/projects/list": () => [],
       "/api/teacher/hand-out": () => ({ pupils: 2, missed: [] }),
     });
     render(<HandOutPart view={VIEW} />);
+    await user.click(screen.getByRole("checkbox", { name: "Ben" }));
     const lessons = within(await screen.findByRole("region", { name: say("class.lessons") }));
     await user.click(lessons.getByText(say("class.lesson.second")));
     expect(lessons.getByText(/Whisper a word/).tagName).toBe("LI");
     await user.click(await lessons.findByRole("button", { name: "Pass it on" }));
-    expect(asked.at(-1)).toEqual(["/api/teacher/hand-out", { mission: { id: "pass-it-on" }, to: null }]);
+    expect(asked.at(-1)).toEqual(["/api/teacher/hand-out", { mission: { id: "pass-it-on" }, to: ["2"] }]);
   });
 
   it("sees that a report is being made, and asks for no second one meanwhile", async () => {
