@@ -34,7 +34,7 @@ def open_mission(studio: StudioPage, path: Path) -> None:
     with studio.page.expect_file_chooser() as chooser:
         studio.page.get_by_role("button", name=studio.say("missions.openFile")).press("Enter")
     chooser.value.set_files(path)
-    expect(studio.page.locator("li[data-progress]")).to_have_count(8)
+    expect(studio.page.locator("li[data-progress]")).to_have_count(5)
     # Until its words have come, nothing can be tried.
     studio.wait_until_ready()
 

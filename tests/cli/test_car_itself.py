@@ -145,6 +145,7 @@ def test_the_wiring_is_a_table_json_and_a_drawing(tmp_path):
         "pin": 5,
         "label": "GPIO5 (29)",
         "supply": "6–12 V, GND",
+        "components": "",
     }
     shown = run("car", "wiring", PINS, "--language", "zh", stdout=Terminal()).out
     assert "超声波传感器" in shown

@@ -52,6 +52,11 @@ def events_of(world: World, duration_ms: int, car: int, kind: int) -> list[tuple
     return events[(events["car"] == car) & (events["kind"] == kind)][["t_ms", "word", "other"]].tolist()
 
 
+def air_ms(word: int, tag: int) -> int:
+    """How long a frame is on the air; tag 0: a bare one."""
+    return -(-air_us(tagged_frame(word, tag) if tag else to_frame(word), UNIT_US) // 1000)
+
+
 class Follower:
     """One follower without disturbances: far from all bodies, its leader at rest and always in range."""
 
@@ -65,11 +70,9 @@ class Follower:
         self.round_ms = self.dwell_ms * len(self.words)
         assume(self.round_ms <= LONGEST_MS)
         self.tagged = compiled.tagged
-        # Of the frames in each slot of two rounds.
-        self.air_ms = [
-            -(-air_us(tagged_frame(word, slot % TAGS + 1) if self.tagged else to_frame(word), UNIT_US) // 1000)
-            for slot, word in enumerate([*self.words, *self.words])
-        ]
+        tags = range(1, TAGS + 1) if self.tagged else [0]
+        # Of all its frames.
+        self.air_ms = [air_ms(word, tag) for word in self.words for tag in tags]
         self.said = moments(program.followers.steps, profile.idle_state_ms)
         self.place = table(Pose(0, 0), Pose(100, 0)), [compiled.image], profile
 
@@ -77,9 +80,9 @@ class Follower:
         """What the follower does in each millisecond."""
         return watch(PlainWorld(*self.place), 1, duration_ms)
 
-    def starts(self, duration_ms: int) -> list[tuple[int, int]]:
-        """When it began each word, and the word."""
-        return [(t_ms, word) for t_ms, word, _ in events_of(World(*self.place, events=True), duration_ms, 1, START)]
+    def starts(self, duration_ms: int) -> list[tuple[int, int, int]]:
+        """When it began each word, the word, and its tag."""
+        return events_of(World(*self.place, events=True), duration_ms, 1, START)
 
     def said_at(self, at_ms: int) -> Moment:
         """What the blocks say at ``at_ms`` of the leader's clock; nothing before 0."""
@@ -131,11 +134,12 @@ def test_a_leader_begins_a_state_when_each_step_begins(case: tuple[Program, Prof
 def test_a_follower_takes_each_word_within_a_frame_and_a_gap(car: Follower) -> None:
     assume(car.tagged or len(car.words) > 1)
     starts = car.starts(2 * car.round_ms)
-    assert [word for _, word in starts] == [*car.words, *car.words]
-    for slot, (t_ms, _) in enumerate(starts):
-        earliest_ms = slot * car.dwell_ms + car.air_ms[slot]
-        waits_ms = car.air_ms[slot - 1] + car.gap_ms if slot else 0
+    assert [word for _, word, _ in starts] == [*car.words, *car.words]
+    waits_ms = 0
+    for slot, (t_ms, word, tag) in enumerate(starts):
+        earliest_ms = slot * car.dwell_ms + air_ms(word, tag)
         assert earliest_ms <= t_ms <= earliest_ms + waits_ms
+        waits_ms = air_ms(word, tag) + car.gap_ms
 
 
 def assert_follows(car: Follower, late_ms: int = 0) -> None:
@@ -166,9 +170,9 @@ def test_a_follower_that_passes_tagged_words_on_begins_each_once(car: Follower) 
     # While it sends, it doesn't hear the leader, who sends each word three times in its first half second.
     assume(car.dwell_ms >= 800)
     starts = car.starts(2 * car.round_ms)
-    assert [word for _, word in starts] == [*car.words, *car.words]
-    for slot, (t_ms, _) in enumerate(starts):
-        assert car.air_ms[slot] <= t_ms - slot * car.dwell_ms <= 500 + car.air_ms[slot]
+    assert [word for _, word, _ in starts] == [*car.words, *car.words]
+    for slot, (t_ms, word, tag) in enumerate(starts):
+        assert air_ms(word, tag) <= t_ms - slot * car.dwell_ms <= 500 + air_ms(word, tag)
 
 
 def test_a_tagged_word_that_is_the_only_one_does_not_drift() -> None:
@@ -208,7 +212,7 @@ def test_a_single_word_begins_again_within_a_frame_and_a_gap(data: st.DataObject
     assume(len(car.words) == 1)
     duration_ms = 4 * (car.round_ms + 200)
     shown = car.shown(duration_ms)
-    starts = [t_ms for t_ms, _ in car.starts(duration_ms)]
+    starts = [t_ms for t_ms, _, _ in car.starts(duration_ms)]
     assert len(starts) >= 4
     for begin_ms, next_ms in pairwise(starts):
         assert car.dwell_ms <= next_ms - begin_ms <= car.dwell_ms + car.air_ms[0] + car.gap_ms

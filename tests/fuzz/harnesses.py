@@ -223,7 +223,7 @@ def class_messages(sent):
         assert from_bytes(to_bytes(room.record), "class.json") == room.record
         msgspec.json.encode(class_view(room, NO_MAT, now_s))
         for pupil in room.record.pupils:
-            msgspec.json.encode(pupil_view(room, pupil, NO_MAT, pairs.view(pupil.id)))
+            msgspec.json.encode(pupil_view(room, pupil, NO_MAT, pairs.view(pupil.id, now_s)))
 
 
 class _Page:
