@@ -229,6 +229,8 @@ async def studio_requests(run: "Lesson") -> None:
         ("profiles", {}),
         ("examples", {}),
         ("opening", {}),
+        ("calibration/moves", {}),
+        ("calibration/fit", {"readings": {"slow": "30 1"}}),
         ("missions", {}),
         ("projects/place", {}),
         ("compile", leader),
