@@ -7,6 +7,7 @@ import pytest
 from playwright.sync_api import expect
 
 from support.command_line import data
+from support.hands import DRAWN
 from support.layout import serious_barriers
 from support.studio_page import StudioPage
 from support.studio_programs import EMPTY, EXAMPLE, LIT, SHELTERED, TOO_LONG
@@ -110,10 +111,13 @@ def insert_first_block(studio: StudioPage) -> None:
     studio.page.keyboard.press("Enter")
     status = studio.editor("leader").get_by_role("status")
     expect(status).to_contain_text("Moving")
+    # Blockly moves the focus to the new block when it has drawn it.
+    studio.page.evaluate(DRAWN)
     while " after " not in (place := status.inner_text()):
         studio.page.keyboard.press("ArrowUp")
         expect(status).not_to_have_text(place)
     studio.page.keyboard.press("Enter")
+    studio.page.evaluate(DRAWN)
 
 
 def type_seconds(studio: StudioPage, seconds: str) -> None:

@@ -192,6 +192,8 @@ export function drawAtOnce(workspace: Blockly.WorkspaceSvg, make: () => void): v
   Blockly.utils.dom.startTextWidthCache();
   workspace.setResizesEnabled(false);
   make();
+  // A block that is fitted before it is drawn isn't drawn again when its event comes.
+  fitAll(workspace);
   Blockly.renderManagement.triggerQueuedRenders(workspace);
   workspace.setResizesEnabled(true);
   // Blocks above and beside the new ones are drawn again in the next picture, and all once more when their events have come.
@@ -216,7 +218,6 @@ export function fill(editor: EditorName, state: WorkspaceState): void {
   if (workspace.getBlocksByType(hatOf(editor)).length === 0) {
     Blockly.serialization.blocks.append({ type: hatOf(editor), id: hatOf(editor), x: 24, y: 24 }, workspace);
   }
-  fitAll(workspace);
   measureAgain(workspace);
   workspace.clearUndo();
   restoreHistory(editor, workspace);
