@@ -195,3 +195,15 @@ def test_a_theme_reaches_page_and_blocks_and_is_remembered(open_page, theme, opt
     assert all(old != new for old, new in zip(before, [body.screenshot(), block.screenshot()], strict=True))
     studio.page.reload()
     expect(studio.page.locator(f"[data-theme={theme}]")).to_have_count(1)
+
+
+def test_a_menu_of_a_block_is_no_higher_than_the_blocks_of_a_phone(open_page) -> None:
+    studio = open_page(size=PHONE, plain=True)
+    hat = studio.hat("leader")
+    studio.drag_out("leader", "drive", "drive", below=hat)
+    studio.field(studio.block("leader", "drive"), "+").click()
+    first = studio.page.get_by_role("option").first
+    expect(first).to_be_in_viewport(ratio=1)
+    last = studio.page.get_by_role("option").last
+    last.scroll_into_view_if_needed()
+    expect(last).to_be_in_viewport(ratio=0.7)

@@ -273,6 +273,7 @@ def test_what_may_surprise_is_warned_of(program: Program, code: str, path: str) 
         follower(led(0, 1), led(1, 1, forward=True), tagged=True),
         Program([wait(1, accept_ir=False)]),
         Program([wait(0), led(0, 0), together()]),
+        Program([], Followers([wait(1)])),
     ],
 )
 def test_what_surprises_nobody_is_not_warned_of(program: Program) -> None:

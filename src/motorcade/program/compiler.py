@@ -152,7 +152,9 @@ def _wrong_leader(program: Program, leader: Leader, profile: Profile) -> Iterato
     """Yield what is wrong with the leader's words as a whole."""
     if has_errors(leader.diagnostics):
         return
-    if not leader.count:
+    # A leader that stands still may send the followers their words.
+    has_followers = program.followers is not None and bool(program.followers.steps)
+    if not leader.count and not has_followers:
         yield warning("empty-program", "leader")
     elif leader.count > MOST_PIECES:
         steps = program.leader
