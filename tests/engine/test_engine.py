@@ -30,7 +30,7 @@ from motorcade.car import decisions
 from motorcade.car.brain import RUNNING, WORD
 from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.engine.slices import Slices
-from motorcade.engine.state import DRIVEN
+from motorcade.engine.state import DRIVEN, MOST_PARTS
 from motorcade.engine.world import World
 from motorcade.mats import Mat, Person, Physics, Voice
 from motorcade.mats.model import Starts
@@ -259,21 +259,21 @@ QUIET = {
 
 
 @pytest.mark.parametrize("physics", [Physics(), Physics(wheel_noise=0.1), Physics(collisions=False)])
-@pytest.mark.parametrize("cars", [1, 5, 120])
+@pytest.mark.parametrize(("cars", "tick_ms"), [(1, 40), (5, 1), (120, 20)])
 @pytest.mark.parametrize("program", QUIET.values(), ids=QUIET)
 def test_a_world_that_goes_at_once_to_what_is_due_is_where_single_ticks_bring_it(
-    program: Program, cars: int, physics: Physics, monkeypatch: pytest.MonkeyPatch
+    program: Program, cars: int, tick_ms: int, physics: Physics, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Voices, people and sorts come in between, and somebody drives a car for a while; also in strips.
+    """Voices, people and sorts come in between, and somebody drives a car for a while; also in two strips.
 
     Leaders that tell nobody anything drive into cars that stand.
     """
     monkeypatch.setattr("motorcade.engine.world._LARGE", 100)
-    poses = [Pose(0.16 * (car % 10), 0.16 * (car // 10), 2.4 * car) for car in range(cars)]
+    poses = [Pose(0.16 * (car % 3), 0.16 * (car // 3), 2.4 * car) for car in range(cars)]
     starts = Starts.of(poses, [car % 12 == 0 for car in range(cars)])
     voices = Voice(0.901, "stop"), Voice(1.5, "go"), Voice(7.401, "stop")
     people = Person(((0.0, -9.0, 0.0), (8.0, 9.0, 0.0)))
-    mat = Mat("quiet", starts, 20, voices=voices, people=(people,), physics=physics)
+    mat = Mat("quiet", starts, tick_ms, voices=voices, people=(people,), physics=physics)
     image = compile_program(program).image
     at_once, stepped = (World(mat, [image], seeds=range(2), threads=1) for _ in range(2))
     in_strips = World(mat, [image], threads=2)
@@ -282,7 +282,7 @@ def test_a_world_that_goes_at_once_to_what_is_due_is_where_single_ticks_bring_it
             act(world)
         for world in (at_once, in_strips):
             world.run(3000)
-        for _ in range(150):
+        for _ in range(3000 // tick_ms):
             stepped.step()
         expected = digest(stepped)
         assert [digest(at_once), digest(in_strips), digest(at_once, 1)] == [expected, expected, digest(stepped, 1)]
@@ -300,6 +300,32 @@ def test_a_car_that_is_pushed_disturbs_one_of_a_group_that_rests() -> None:
         stepped.step()
     assert stepped.snapshot().x_m[32] > 0.313
     assert digest(at_once) == digest(stepped)
+
+
+def test_cars_are_sorted_after_a_jump_past_the_tick_of_a_sort() -> None:
+    """After a wait a leader drives through several cells, into cars that have stood all the time."""
+    poses = [Pose(-1.3, 0), *(Pose(0.16 * (car % 8), 0.16 * (car // 8)) for car in range(64))]
+    mat = open_table(poses, tick_ms=20)
+    image = compile_program(Program([wait(2), forward(3, speed=3)])).image
+    at_once, stepped = (World(mat, [image]) for _ in range(2))
+    at_once.run(8500)
+    for _ in range(425):
+        stepped.step()
+    assert stepped.snapshot().x_m[1] > 0.001
+    assert digest(at_once) == digest(stepped)
+
+
+def test_cars_that_rest_feel_the_push_of_one_from_the_next_strip(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In three columns of cars, so near to each other that a strip ends between two, some set out one after another."""
+    monkeypatch.setattr("motorcade.engine.world._LARGE", 100)
+    poses = [Pose(0.4 * (car // 40), 0.155 * (car % 40), math.pi / 2) for car in range(120)]
+    mat = Mat("strips", Starts.of(poses, [car % 40 % 8 == car // 40 for car in range(120)]), 20)
+    images = [compile_program(Program([wait(step), forward(1, speed=step)])).image for step in (1, 2, 3)]
+    in_strips, whole = (World(mat, images, threads=threads) for threads in (2, 1))
+    for world in (in_strips, whole):
+        world.run(3000)
+    assert in_strips.arrays().cells.strips[0, MOST_PARTS] > 1
+    assert digest(in_strips) == digest(whole)
 
 
 def test_a_slice_stays_so_short_that_cars_may_wake_up_in_it() -> None:

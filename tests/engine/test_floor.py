@@ -13,7 +13,7 @@ from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
 from motorcade.mats.model import Line, Physics, Starts, path_of
 from support.plain_senses import is_dark
-from support.worlds import lines
+from support.worlds import digest, lines
 
 ROUND = [k * math.tau / 120 for k in range(120)]
 ROADS = {
@@ -65,6 +65,18 @@ def test_without_the_bit_a_car_leaves_the_line():
     world = world_of(Pose(*way[0]), forward(3), lines=(line,))
     world.run(30_000)
     assert off_mm(float(world.snapshot().x_m[0]), float(world.snapshot().y_m[0]), way) > 10 * most_mm
+
+
+def test_a_car_stops_at_one_of_ten_thousand_marks_where_single_ticks_bring_it():
+    spots = tuple((0.1 * (number % 100), 0.1 * (number // 100), 0.02) for number in range(10_000))
+    at_once, stepped = (world_of(Pose(5, 5.25, 0.02), stop_on_dark(20), spots=spots) for _ in range(2))
+    at_once.run(8000)
+    for _ in range(400):
+        stepped.step()
+    # It has driven, and stands.
+    assert at_once.snapshot().x_m[0] > 5.3
+    assert at_once.snapshot().wheels[0] == 0
+    assert digest(at_once) == digest(stepped)
 
 
 def test_a_turn_ends_where_a_line_lies():

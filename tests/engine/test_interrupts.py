@@ -1,6 +1,7 @@
 """A run that an exception breaks off ends at a tick of all cars, from which it goes on with equal bits."""
 
 import gc
+import math
 import os
 import signal
 import threading
@@ -13,8 +14,9 @@ from typing import Any
 
 import pytest
 
+from motorcade import Pose, Program, compile_program, forward, left
 from motorcade.engine.world import World
-from motorcade.mats import Pose
+from motorcade.mats import Mat, Starts
 from support.interrupts import lines_until_interrupted
 from support.soak import SOAK
 from support.waiting import wait_until
@@ -22,8 +24,10 @@ from support.worlds import ROAMING, CrowdedWorld, contents, crowd
 
 TICK_MS = crowd(2).tick_ms
 DAYS_MS = 1_000_000_000
-# The leader stands, and tells nobody anything: a world goes from one tick to a much later one.
-IDLE = bytes.fromhex("01000000 40000000")
+# Leaders drive, at first away from each other, and tell nobody anything: a world goes to a much later tick at once.
+ALONE = compile_program(Program([forward(3), left(2)])).image
+AROUND = [Pose(math.cos(turn), math.sin(turn), turn) for turn in range(6)]
+QUIET = Mat("quiet", Starts.of(AROUND, [True] * 6), TICK_MS)
 WORLDS: dict[str, dict[str, Any]] = {
     "one world": {"seeds": 3},
     "with events": {"seeds": 3, "events": True},
@@ -46,8 +50,8 @@ def _small_large_worlds(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def made(name: str) -> World:
     """A world that has run for a moment, so that an interrupted run isn't its first."""
-    image = IDLE if "quiet" in name else ROAMING
-    world = CrowdedWorld(crowd(40 if "large" in name else 6), [image], **WORLDS[name])
+    mat, image = (QUIET, ALONE) if "quiet" in name else (crowd(40 if "large" in name else 6), ROAMING)
+    world = CrowdedWorld(mat, [image], **WORLDS[name])
     world.run(3 * TICK_MS)
     world.say("stop")
     return world

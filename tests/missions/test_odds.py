@@ -12,13 +12,14 @@ from motorcade.missions.document import built_in_mission, mission_of, missions
 from motorcade.missions.model import Goal
 from motorcade.missions.odds import Odds, other_seeds, works
 from motorcade.missions.other_goals import Works
-from motorcade.missions.watch import MissionWatch
+from motorcade.missions.watch import ManyRuns, MissionWatch, attempt_of, run_to_next
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Followers, Program
 from motorcade.program.steps import forward, led, wait
 from support.linear_instance import MockInstance
 from support.made_up_runs import MAT, SQUARE
 from support.soak import SOAK
+from support.worlds import digest
 
 # Each kind of goal is in one of them; `make soak` takes all.
 SOME = ("the-square", "stop-all", "come-together", "two-words", "noisy-air")
@@ -83,6 +84,26 @@ def test_windows_shares_and_times_count_as_in_one_run(seconds):
     program = Program([wait(3)], Followers([forward(3, speed=3), led(1, 1), wait(2)], dwell_seconds=3))
     image = image_of(mission, program)
     assert [tuple(each) for each in tried(mission, image, SEEDS)] == seen(mission, image, SEEDS)
+
+
+def test_a_mission_that_is_judged_in_every_tick_is_told_each_moment_and_disturbs_no_run():
+    """A car drives through a zone: worlds stop at each tick on their way to the next at which anything happens."""
+    document = {"format": "motorcade-mission/1", "name": "m", "seconds": 8, "mat": {**MAT, "tick_ms": 40}}
+    mission = mission_of({**document, "zone": [SQUARE], "goal": WINDOWS}, "m")
+    image = image_of(mission, Program([forward(3, speed=3)]))
+    attempt, watch = attempt_of(mission, image), MissionWatch(mission, image)
+    judged, at_once = (World(mission.mat, [image], mission.profile, seeds=range(2), threads=1) for _ in range(2))
+    runs = ManyRuns(judged, [attempt] * 2)
+    while not watch.is_over:
+        runs.see()
+        watch.see(judged.snapshot(1))
+        run_to_next(judged, mission.duration_ms, judged.tick_ms)
+    at_once.run(judged.now_ms)
+    assert [digest(judged, which) for which in range(2)] == [digest(at_once, which) for which in range(2)]
+    told = [[state.progress for state in run.states()] for run in (*runs.end(), watch)]
+    assert told == [told[0]] * 3
+    assert {*told[0]} == {"met", "lost"}
+    assert watch.run.times_ms == list(range(0, 8001, 40))
 
 
 def test_more_runs_than_go_on_side_by_side_are_all_told_once():
