@@ -217,26 +217,6 @@ def test_who_wins_on_a_phone_sees_it_and_goes_on_with_one_tap(open_page):
     expect(page.get_by_role("region", name=studio.say("missions.mission", name=name))).to_be_visible()
 
 
-def test_after_a_failure_on_a_phone_the_blocks_are_one_tap_away_and_stay_under_a_hand(open_page):
-    studio = open_page(size=PHONE, level="start")
-    page = studio.page
-    drive = begin_first_mission(studio)
-    page.locator("#mat-play").press("Enter")
-    expect(page.get_by_role("status").filter(has_text=studio.say("missions.again"))).to_be_visible()
-    to_blocks = page.get_by_role("button", name=studio.say("missions.toBlocks"))
-    expect(to_blocks).to_be_in_viewport(ratio=1)
-    to_blocks.press("Enter")
-    page.get_by_role("button", name=studio.say("mat.reset")).press("Enter")
-    drive.click(position={"x": 12, "y": 12})
-    # A press that leaves the focus where it is.
-    page.locator("#mat-play").dispatch_event("click")
-    show_task = studio.notices.get_by_role("button", name=studio.say("missions.showTask"))
-    expect(show_task).to_be_visible()
-    expect(drive).to_be_visible()
-    show_task.click()
-    expect(to_blocks).to_be_visible()
-
-
 @pytest.mark.soak
 def test_a_mission_keeps_the_own_project_and_its_bits_alone_change_its_blocks(open_page):
     studio = open_page(project=EXAMPLE)

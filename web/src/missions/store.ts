@@ -97,15 +97,6 @@ function restoreLevel(): void {
   useSettings.setState(({ level, levelBefore }) => ({ level: levelBefore ?? level, levelBefore: null }));
 }
 
-/** Whether blocks have the focus: somebody works on while the cars drive. */
-const isBuilding = () => document.activeElement?.closest(".injectionDiv") != null;
-
-/** Say how a run ended without covering the blocks; a button shows the task. */
-function tellEnd({ learned }: Mission, { stars }: MissionResult): void {
-  const action = { label: say("missions.showTask"), run: () => useMission.setState({ folded: false }) };
-  notify(stars.length ? inLanguage(learned) : say("missions.again"), "info", action, () => useMission.getState().folded);
-}
-
 /** A run has ended: have the program checked on all seeds, and count the try. */
 async function checkRun(mission: Mission): Promise<void> {
   const { leader, followers } = openProject();
@@ -117,9 +108,7 @@ async function checkRun(mission: Mission): Promise<void> {
     const tries = before + (result.stars.length < all.size ? 1 : 0);
     // Only the first end of a run folds the story; who shows it again keeps it.
     const told = ended && useMission.getState().told;
-    const folded = useMission.getState().folded && isBuilding();
-    useMission.setState({ result, tries, mission, folded, told, ended: true });
-    if (folded) tellEnd(mission, result);
+    useMission.setState({ result, tries, mission, folded: false, told, ended: true });
   });
 }
 
