@@ -292,7 +292,9 @@ def test_errors_are_in_the_language_of_the_system(third_language, monkeypatch, n
 
 def test_diagnostics_of_a_program_are_in_the_new_language(third_language, tmp_path):
     path = tmp_path / "project.json"
-    path.write_text(json.dumps(json.loads(PARADE.read_text(encoding="utf-8")) | {"leader": []}), encoding="utf-8")
+    path.write_text(
+        json.dumps(json.loads(PARADE.read_text(encoding="utf-8")) | {"leader": [], "followers": None}), encoding="utf-8"
+    )
     ran = run("compile", path, "--language", third_language)
     assert ran.code == 0
     assert "⟦warning⟧ empty-program: ⟦" in ran.err
