@@ -109,8 +109,21 @@ export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.
   live.set(editor, workspace);
   lock(workspace);
   fitEveryBlock(workspace);
+  keepFocusAfterDrag(workspace);
   followNames(workspace);
   return workspace;
+}
+
+/**
+ * Blockly draws the place where a block may snap in one picture later, and for that moves what stands there in the document.
+ * A block that was dropped there before that picture loses the focus by it, and with it the small field of its ends.
+ */
+function keepFocusAfterDrag(workspace: Blockly.WorkspaceSvg): void {
+  workspace.addChangeListener((event) => {
+    if (!(event instanceof Blockly.Events.BlockDrag) || event.isStart) return;
+    const block = workspace.getBlockById(event.blockId!);
+    if (block && document.activeElement === document.body) Blockly.getFocusManager().focusNode(block);
+  });
 }
 
 const SOUND_RESTS_MS = 1000;
