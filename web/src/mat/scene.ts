@@ -214,6 +214,9 @@ export class Scene {
     this.canvas.style.width = `${clientWidth}px`;
     this.canvas.style.height = `${clientHeight}px`;
     sharpContext(this.canvas, clientWidth, clientHeight);
+    // A canvas of a new size is black until it is drawn, and a drawing may wait for words.
+    this.context.fillStyle = this.view.theme.ground;
+    this.context.fillRect(0, 0, clientWidth, clientHeight);
     this.wanted = null;
     this.draw();
   }
