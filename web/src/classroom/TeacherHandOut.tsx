@@ -1,11 +1,10 @@
 /** What pupils are given: one of the teacher's projects, or a mission, path by path. */
 
-import { useEffect, useState } from "react";
+import { lazy, Suspense, useEffect, useState } from "react";
 import { post } from "../api/connection";
 import type { ClassView } from "../generated/classroom";
 import type { MissionEntry } from "../generated/messages";
 import { inLanguage, type KeyIn, useTexts } from "../i18n";
-import { Picture } from "../mat/Picture";
 import { confirm } from "../state/questions";
 import { Action, Problem, Tick } from "../ui/page";
 import { useAttempt } from "./attempt";
@@ -13,6 +12,9 @@ import { askTeacher } from "./ask";
 import css from "./class.module.css";
 import { Lessons } from "./Lessons";
 import { useOwnProjects } from "./TeacherWork";
+
+/** What draws is as large as the rest of the page: a mission shows its name before its picture, or without one. */
+const Picture = lazy(() => import("../mat/Picture").then(({ Picture }) => ({ default: Picture }), () => ({ default: () => null })));
 
 export function HandOutPart({ view }: { view: ClassView }) {
   const t = useTexts("class");
@@ -94,7 +96,9 @@ function Given({ mission: { id, name, order, mat, zones, stars, minutes }, onGiv
   return (
     <li className={css.mission}>
       <button type="button" className={css.give} data-mission={id} onClick={onGive}>
-        <Picture mat={mat} zones={zones} />
+        <Suspense fallback={<span />}>
+          <Picture mat={mat} zones={zones} />
+        </Suspense>
         <b>
           {order}. {inLanguage(name)}
         </b>

@@ -214,9 +214,8 @@ export class Scene {
     this.canvas.style.width = `${clientWidth}px`;
     this.canvas.style.height = `${clientHeight}px`;
     sharpContext(this.canvas, clientWidth, clientHeight);
-    // A canvas of a new size is black until it is drawn, and a drawing may wait for words.
-    this.context.fillStyle = this.view.theme.ground;
-    this.context.fillRect(0, 0, clientWidth, clientHeight);
+    // The canvas was cleared, and is shown before the next drawing.
+    if (!this.covered) this.paint();
     this.wanted = null;
     this.draw();
   }
