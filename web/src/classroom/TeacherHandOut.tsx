@@ -20,20 +20,16 @@ const Picture = lazy(async () => {
   return { default: Picture };
 });
 
-/** The missions that come with Motorcade, path by path and in order. */
-function useMissions(): MissionEntry[] {
-  const [missions, setMissions] = useState<MissionEntry[]>([]);
-  useEffect(() => void post("/api/missions", {}).then((found) => setMissions(found as MissionEntry[]), () => undefined), []);
-  return missions;
-}
-
 export function HandOutPart({ view }: { view: ClassView }) {
   const t = useTexts("class");
-  const missions = useMissions();
+  const app = useTexts("app");
   const projects = useOwnProjects();
   const { problem, attempt } = useAttempt();
+  const [missions, setMissions] = useState<MissionEntry[]>([]);
   const [to, setTo] = useState<readonly string[]>([]);
   const [done, setDone] = useState("");
+  // Path by path and in order.
+  useEffect(() => void attempt(async () => setMissions((await post("/api/missions", {})) as MissionEntry[])), []);
   const send = async (message: { name: string } | { mission: { id: string } }, what: string) => {
     const isForAll = to.length === 0;
     const text = t("mission" in message ? "handOutMissionAsk" : "handOutProjectAsk", { what, count: view.pupils.length });
@@ -72,6 +68,7 @@ export function HandOutPart({ view }: { view: ClassView }) {
           ))}
         </ul>
         <Lessons missions={missions} onHandOut={(id, name) => void send({ mission: { id } }, name)} />
+        {missions.length === 0 && problem === "" && <p className="quiet">{app("loading")}</p>}
         <Paths missions={missions} onGive={({ id, name }) => void send({ mission: { id } }, inLanguage(name))} />
         <div className={css.handedOut}>
           <p role="status">{done}</p>
