@@ -49,7 +49,7 @@ export function Notices() {
     <div className={classes("unprinted column through", dialogs.notices)} role="log" aria-live="polite" aria-label={t("app.notices")}>
       {notices.map(({ id, text, tone, action }) => (
         <div key={id} className={dialogs.notice} data-tone={tone}>
-          <span>{text}</span>
+          <span className="fill">{text}</span>
           {action && (
             <TextButton
               small
