@@ -97,6 +97,7 @@ describe("a link to share", () => {
     expect(await projectIn(new URL(value).hash)).toEqual({ name: "Zebra", text: "the project" });
     await user.click(screen.getByRole("button", { name: "Copy" }));
     expect((await screen.findByText("The link is copied.")).getAttribute("role")).toBe("status");
+    vi.unstubAllGlobals();
     expect(await navigator.clipboard.readText()).toBe(value);
   });
 
