@@ -143,7 +143,7 @@ function GoalLine({ goal, now, checked, isEarned, seed }: GoalLineProps) {
           {(isEarned ? "★" : "☆").repeat(goal.star)}
         </span>
         {lost && (
-          <span className={css.why}>
+          <span className={classes("wrap quiet", css.why)}>
             <span>{inLanguage(lost.why)}</span>
             {other !== null && <span>{t("missions.otherLuck")}</span>}
             {lost.t_ms ? <TextButton small onPress={() => watch(lost.t_ms!, lost.cars)}>{t("missions.watch")}</TextButton> : null}
