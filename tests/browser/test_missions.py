@@ -84,7 +84,7 @@ def test_a_mission_is_played_by_keyboard_until_it_has_all_stars(open_page):
     for _ in range(2):
         expect(hint).to_have_count(0)
         run_to_the_end(studio, built_in_mission("flip-the-lamp").notes.mistakes[2][0].sentence("zh"))
-    expect(goals.first).to_contain_text("小车 1 从没亮过绿灯")
+    expect(goals.first).to_contain_text("1 号小车从没亮过绿灯")
     # Who has tried once knows the story: it folds, and can be read again.
     story = page.get_by_text(built_in_mission("flip-the-lamp").document["story"]["zh"])
     expect(story).to_have_count(0)
