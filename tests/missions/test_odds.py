@@ -93,12 +93,13 @@ def test_a_mission_that_is_judged_in_every_tick_is_told_each_moment_and_disturbs
     image = image_of(mission, Program([forward(3, speed=3)]))
     attempt, watch = attempt_of(mission, image), MissionWatch(mission, image)
     judged, at_once = (World(mission.mat, [image], mission.profile, seeds=range(2), threads=1) for _ in range(2))
-    runs = ManyRuns(judged, [attempt] * 2)
+    runs = ManyRuns(judged, [attempt] * 2, every_ms=40)
+    judged.run(mission.duration_ms)
+    at_once.run(mission.duration_ms)
+    shown = World(mission.mat, [image], mission.profile, seeds=[1], threads=1)
     while not watch.is_over:
-        runs.see()
-        watch.see(judged.snapshot(1))
-        run_to_next(judged, mission.duration_ms, judged.tick_ms)
-    at_once.run(judged.now_ms)
+        watch.see(shown.snapshot())
+        run_to_next(shown, mission.duration_ms, shown.tick_ms)
     assert [digest(judged, which) for which in range(2)] == [digest(at_once, which) for which in range(2)]
     told = [[state.progress for state in run.states()] for run in (*runs.end(), watch)]
     assert told == [told[0]] * 3
