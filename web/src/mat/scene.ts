@@ -214,6 +214,8 @@ export class Scene {
     this.canvas.style.width = `${clientWidth}px`;
     this.canvas.style.height = `${clientHeight}px`;
     sharpContext(this.canvas, clientWidth, clientHeight);
+    // The canvas was cleared, and is shown before the next drawing.
+    if (!this.covered) this.paint();
     this.wanted = null;
     this.draw();
   }
