@@ -286,7 +286,7 @@ export function toolboxOf(editor: EditorName, steps: readonly string[] | null = 
       kind: "category",
       name: say(`drawers.${drawer}`),
       categorystyle: `${drawer}_category`,
-      cssconfig: { icon: `drawer-icon drawer-${drawer}` },
+      cssconfig: { icon: "drawer-icon" },
       contents: contentsOf(drawer),
     })),
   };

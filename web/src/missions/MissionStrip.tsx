@@ -3,7 +3,7 @@ import { Button } from "react-aria-components";
 import { focusBlocks, offerBlocks } from "../blocks/workspaces";
 import type { CheckedGoal, GoalNow, Mission, MissionGoal, MissionResult } from "../generated/messages";
 import { inLanguage, useLanguage, useTexts } from "../i18n";
-import { playFrom } from "../certainty/trials";
+import { playFrom, useTrials } from "../certainty/trials";
 import { useMat } from "../mat/store";
 import { comeBack } from "../projects/project";
 import { openDialog } from "../state/dialogs";
@@ -74,7 +74,7 @@ function Task({ mission }: { mission: Mission }) {
         <IconButton icon="close" label={t("missions.leave")} onPress={comeBack} />
       </header>
       <div role="status" className={css.outcome}>
-        {result && <Outcome mission={mission} result={result} />}
+        {result ? <Outcome mission={mission} result={result} /> : <Foretold of={starsOf(mission).length} />}
       </div>
       {told && <p>{inLanguage(mission.story)}</p>}
       {mission.edits === "bits" && <BitEditor />}
@@ -142,7 +142,7 @@ function GoalLine({ goal, now, checked, isEarned, seed }: GoalLineProps) {
           {(isEarned ? "★" : "☆").repeat(goal.star)}
         </span>
         {lost && (
-          <span className={css.why}>
+          <span className={classes("wrap quiet", css.why)}>
             <span>{inLanguage(lost.why)}</span>
             {other !== null && <span>{t("missions.otherLuck")}</span>}
             {lost.t_ms ? <TextButton small onPress={() => watch(lost.t_ms!, lost.cars)}>{t("missions.watch")}</TextButton> : null}
@@ -170,6 +170,14 @@ export function OutcomeOnStage() {
 }
 
 const starsOf = ({ goals }: Mission) => [...new Set(goals.map(({ star }) => star))].sort();
+
+/** While the cars drive: the stars that the program earns on all seeds of the mission. */
+function Foretold({ of }: { of: number }) {
+  const t = useTexts();
+  const earned = useTrials(({ luck }) => luck?.stars);
+  const plays = useMat(({ state }) => state?.playing);
+  return plays && earned ? <p>{t("missions.foretold", { stars: earned.length, of })}</p> : null;
+}
 
 /** The stars of the last run, and what was learned; or the usual mistake that was made. */
 function Outcome({ mission, result }: { mission: Mission; result: MissionResult }) {
