@@ -64,7 +64,7 @@ quick: setup ## lint, types, and the tests of words, cars, programs and driving 
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	@# mypy uses one processor.
-	$(BIN)/mypy & $(BIN)/python -m pytest --hypothesis-profile few --numprocesses auto --dist loadfile $(QUICK) && wait $$!
+	$(BIN)/mypy & $(BIN)/python -m pytest --hypothesis-profile few --numprocesses logical --dist loadfile $(QUICK) && wait $$!
 
 test: setup
 	@# Debian's packages are fetched, and the tests compiled, while the page's own tests run. Tests that need packages wait.
