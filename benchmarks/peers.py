@@ -2,13 +2,16 @@
 
 **IR-SIM** drives robots with differential wheels at given velocities among the same obstacles. It either detects
 collisions without any reaction, or bodies push each other (``contact``). **VMAS** drives as many bodies in batches of
-worlds by PyTorch, with one round obstacle in each. Neither has words, infrared, programs or people. **The plain loop**
-is Motorcade's `motorcade.car.loop`, one car after the other, with the whole task.
+worlds by PyTorch, with one round obstacle in each. Neither has words, infrared, programs or people. **Kilombo**
+simulates Kilobots in C, without obstacles: they drive, push each other, send messages twice a second and run programs.
+Its sources are compiled without its window, as its authors do (``-O2``). **The plain loop** is Motorcade's
+`motorcade.car.loop`, one car after the other, with the whole task.
 """
 
 import contextlib
 import io
 import json
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -29,6 +32,9 @@ RADIUS_M = 0.075
 FASTEST_M_S = 0.3
 FASTEST_RAD_S = 1.6
 TRIAD_ITEMS = 1 << 24
+# Of Kilombo: its example in which robots drive all the time, and simulated seconds of a repetition.
+KILOMBO_EXAMPLE, KILOMBO_S, KILOMBO_STEPS_A_SECOND = "orbit", 600, 24
+KILOMBO_SOURCES = ("skilobot", "kbapi", "params", "stateio", "runsim", "neighbors", "distribution")
 
 
 def ir_sim(cars: int, collisions: str, ticks: int) -> Contestant:
@@ -51,6 +57,28 @@ def ir_sim(cars: int, collisions: str, ticks: int) -> Contestant:
             env.step(velocities, numbers)
 
     return Contestant(cars * ticks, run)
+
+
+def kilombo(robots: int, sources: Path, folder: Path) -> Contestant:
+    """Make the contestant Kilombo: compile its sources, for which libjansson-dev has to be installed, into a folder.
+
+    The work is a robot's step of 1/24 s, in place of a tick of 20 ms.
+    """
+    example = sources / "examples" / KILOMBO_EXAMPLE
+    # Programs include kilombo/kilolib.h.
+    (folder / "kilombo").symlink_to(sources / "src")
+    files = [sources / "src" / f"{name}.c" for name in KILOMBO_SOURCES] + [example / f"{KILOMBO_EXAMPLE}.c"]
+    options = ["-std=gnu99", "-O2", "-w", "-fcommon", "-DSKILO_HEADLESS", "-DSIMULATOR", f"-I{folder}"]
+    command = ["gcc", *options, f"-I{sources / 'src'}", "-o", "kilombo.exe", *files, "-ljansson", "-lm"]
+    subprocess.run(command, cwd=folder, check=True)
+    changed = {"nBots": robots, "GUI": 0, "formation": "random", "simulationTime": KILOMBO_S, "storeHistory": 0}
+    settings = json.loads((example / "kilombo.json").read_text(encoding="utf-8")) | changed
+    (folder / "kilombo.json").write_text(json.dumps(settings), encoding="utf-8")
+
+    def run() -> None:
+        subprocess.run([folder / "kilombo.exe"], cwd=folder, check=True, capture_output=True)
+
+    return Contestant(robots * KILOMBO_S * KILOMBO_STEPS_A_SECOND, run)
 
 
 def _ir_sim_world(mat: Mat, collisions: str) -> dict[str, object]:

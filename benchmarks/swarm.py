@@ -5,17 +5,21 @@ have spread, and times the next four seconds in one call; small crowds run many 
 that a mat can hold, and all physics is on except wheel noise (`crowd_scenario`). Contestants take turns. The figures
 are medians of the repetitions during which other processes left the machine idle. Small and quiet worlds, of one
 thread, are timed beside them.
+
+``--kilombo FOLDER`` has Kilombo's sources: ``git clone https://github.com/JIC-CSB/kilombo`` (MIT), and libjansson-dev.
 """
 
 import argparse
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from statistics import mean
 
 import numpy as np
 from crowd_scenario import TICK_MS, crowd_mat, neighbours, programs
-from peers import ir_sim, memory_roof, plain_loop, vmas
+from peers import ir_sim, kilombo, memory_roof, plain_loop, vmas
 from rich.console import Console
 from rich.table import Table
 from road_scenario import road_mat, road_programs
@@ -37,6 +41,8 @@ BYTES_GOAL = 144
 ROADS, ROADS_GOAL = "10,000 cars on rings of road, 1 thread", 12
 TAGGED = "10,000 cars, tagged words, 1 thread"
 START_GOAL_S, START_FLOOR_S = 1.0, 3.0
+KILOMBO = "Kilombo, 100 robots that drive, without obstacles"
+KILOMBO_FIGURE = "1,000 robots 100 × faster than real time, its authors say (arXiv:1511.04285): 2.4 M/s"
 START = """
 import sys
 from motorcade.mats import formation, open_table
@@ -218,11 +224,11 @@ def add_peers(report: Report, peers: dict[str, tuple[Contestant | None, Contesta
         if peer:
             report.peer(name, peer, ours)
         else:
-            report.figure(name, "[dim]not installed[/]")
+            report.figure(name, KILOMBO_FIGURE if name == KILOMBO else "[dim]not installed[/]")
 
 
 def peers_of(
-    one: dict[str, Crowd], many: Crowd, has_ir_sim: bool, has_vmas: bool
+    one: dict[str, Crowd], many: Crowd, has_ir_sim: bool, has_vmas: bool, kilobots: Contestant | None
 ) -> dict[str, tuple[Contestant | None, Contestant]]:
     """Other simulators, each with the crowd that it is compared to; None in place of one that isn't installed."""
     hundred, thousand = one[one_world(100, 1)].contestant, one[one_world(1_000, 1)].contestant
@@ -240,6 +246,7 @@ def peers_of(
             vmas(16, worlds, 4) if has_vmas else None,
             many.contestant,
         ),
+        KILOMBO: (kilobots, hundred),
         "the plain loop (CPython), 100 cars": (plain_loop(100, 25), hundred),
     }
 
@@ -251,11 +258,13 @@ def contestants_of(
     yield from ((name, peer) for name, (peer, _) in peers.items() if peer)
 
 
-def measure(quick: bool, has_ir_sim: bool, has_vmas: bool, report_progress: Callable[[str], None]) -> Table:
+def measure(
+    quick: bool, has_ir_sim: bool, has_vmas: bool, kilobots: Contestant | None, report_progress: Callable[[str], None]
+) -> Table:
     turns, worlds = (QUICK_TURNS, 2_048) if quick else (TURNS, 32_768)
     many_name = f"{worlds:,} worlds × 16 cars, 2 threads"
     one, many = crowds(quick), Crowd(16, 2, worlds)
-    peers, start, roof = peers_of(one, many, has_ir_sim, has_vmas), fresh_start(), memory_roof()
+    peers, start, roof = peers_of(one, many, has_ir_sim, has_vmas, kilobots), fresh_start(), memory_roof()
     small = small_worlds()
     start.run()
     contestants = dict(contestants_of({**one, many_name: many}, peers))
@@ -272,11 +281,15 @@ def measure(quick: bool, has_ir_sim: bool, has_vmas: bool, report_progress: Call
 def main() -> None:
     parser = argparse.ArgumentParser(description="Measure crowds of cars.")
     parser.add_argument("--quick", action="store_true", help="fewer repetitions, 100,000 cars at most")
-    quick = parser.parse_args().quick
+    parser.add_argument("--kilombo", type=Path, metavar="FOLDER", help="Kilombo's sources")
+    given = parser.parse_args()
     console = Console(width=160)
     has_ir_sim, has_vmas = has_peer(console, "IR-SIM", "irsim"), has_peer(console, "VMAS", "torch", "vmas")
-    with console.status("making the crowds") as status:
-        table = measure(quick, has_ir_sim, has_vmas, status.update)
+    if given.kilombo is None:
+        console.print("Kilombo is not compared: --kilombo names no sources", style="red")
+    with tempfile.TemporaryDirectory() as folder, console.status("making the crowds") as status:
+        kilobots = kilombo(100, given.kilombo.resolve(), Path(folder)) if given.kilombo else None
+        table = measure(given.quick, has_ir_sim, has_vmas, kilobots, status.update)
     console.print(table)
 
 

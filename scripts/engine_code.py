@@ -39,7 +39,6 @@ class Code(NamedTuple):
 def all_calls() -> Calls:
     """Return every kernel, with arguments as a world passes them."""
     from motorcade.engine import agents
-    from motorcade.engine.judging import Answers, Questions
     from motorcade.engine.kernels import KERNELS, ORDER
     from motorcade.engine.native import InterpretedKernels
     from motorcade.engine.pictures import Pictures
@@ -59,16 +58,11 @@ def all_calls() -> Calls:
     world.move(0, Pose(0, 0))
     world.look_ahead(0, 1000)
     world.give_back(0)
-    forms = {"int64": ("rows", "who", "since", "led"), "float64": ("figures", "corners", "off")}
-    forms["float32"] = ("before", "shown")
-    zeros = {
-        name: world.backend.zeros(name, (1,) if name in ("who", "led", "corners", "shown") else (1, 1), form)
-        for form, names in forms.items()
-        for name in names
-    }
-    asked, found = (kind(**{name: zeros[name] for name in kind._fields}) for kind in (Questions, Answers))
-    calls["judge"] = KERNELS["judge"], (0, world.state, world.arrays().rules, asked, found)
+    world.judge()
     world.begin_words(agents.KEEP.to_bytes(4, "little") * world.cars)
+    forms = {"given": ((1,), "uint32"), "told": ((3, 1), "int64"), "fields": ((1, 2), "int64")}
+    forms |= {"sensed": ((1, agents.SENSED), "int64"), "seen": ((1, 9), "float32")}
+    world.observe(0, *(world.backend.zeros(name, *form) for name, form in forms.items()))
     world.read_senses()
     pictures = Pictures(world)
     pictures.take_events()

@@ -17,18 +17,31 @@ from scripts.blocks_page import blocks_page
 from scripts.commands_page import commands_page
 from scripts.exports import markdown
 from scripts.notes_page import notes_page
+from scripts.studio_process import ROOT
 from scripts.wiring_pages import wiring_table
 
 from motorcade.locales import text
+
+_ENDINGS = {"en": ".md", "zh": ".zh.md"}
+# Where the READMEs turn to developers.
+_DEVELOP = re.compile("^## (Develop|开发)$", re.M)
+
+
+def home_page(language: str) -> str:
+    """Return what the README says to users, without the links that leave docs/."""
+    readme = (ROOT / f"README{_ENDINGS[language]}").read_text(encoding="utf-8")
+    users = _DEVELOP.split(readme)[0].replace("](docs/", "](")
+    return re.sub(r"\[(中文|English)\]\([^)]+\)\n", "", users).replace("[`examples/`](examples)", "`examples/`")
+
 
 # What makes each page in a language, by its name.
 SITE_PAGES: dict[str, Callable[[str], str]] = {
     "blocks": blocks_page,
     "commands": commands_page,
+    "index": home_page,
     "notes": notes_page,
     "words": markdown,
 }
-_ENDINGS = {"en": ".md", "zh": ".zh.md"}
 _WIRING = re.compile(
     r"^### (?P<title>[^\n]+)\n(?P<body>(?:(?!^#).)*?<!-- wiring: (?P<car>[\w-]+) -->.*?)(?=^#|\Z)", re.M | re.DOTALL
 )

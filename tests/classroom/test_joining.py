@@ -52,11 +52,13 @@ def test_a_copy_of_a_running_classs_folder_continues_it_at_another_port_and_tabl
         assert tablet.names() == other.names() == ["Robot"]
 
 
-def test_nobody_else_reads_a_draft(room):
+def test_a_draft_keeps_its_mission_and_nobody_else_reads_it(room):
     mia, ben = room.join("Mia"), room.join("Ben")
-    mia.ask("class/draft/write", name="Robot", project={"leader": {"a": 1}}, place="a tab")
-    assert mia.ask("class/draft/read")["place"] == "a tab"
-    assert ben.ask("class/draft/read") == {"name": "", "project": None, "saved_at": "", "place": ""}
+    played = {"id": "the-square", "document": None}
+    mia.ask("class/draft/write", name="Robot", project={"leader": {"a": 1}}, place="a tab", mission=played)
+    draft = mia.ask("class/draft/read")
+    assert (draft["place"], draft["mission"]) == ("a tab", played)
+    assert ben.ask("class/draft/read") == {"name": "", "project": None, "saved_at": "", "place": "", "mission": None}
     assert room.teacher.ask("teacher/library", pupil=mia.id)["draft_at"]
     assert room.teacher.ask("teacher/project", pupil=mia.id, name="")["leader"] == {"a": 1}
     assert room.teacher.ask("teacher/project", pupil=ben.id, name="") == "no-draft"

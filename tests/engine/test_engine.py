@@ -28,6 +28,7 @@ from motorcade import (
 )
 from motorcade.car import decisions
 from motorcade.car.brain import RUNNING, WORD
+from motorcade.config.profile import MeasuredWheels
 from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.engine.slices import Slices
 from motorcade.engine.state import DRIVEN, MOST_PARTS
@@ -187,6 +188,22 @@ def test_a_car_on_dark_floor_that_is_pushed_is_felt_by_the_one_beside_it() -> No
     image = compile_program(Program([wait(1), stop_on_dark(10)]), CLASSROOM).image
     acts = [nothing, lambda world: world.drive(1, 90, 1, 255), nothing, nothing]
     same_in_both(Case(mat, [image], CLASSROOM, 1), acts, 2000)
+
+
+def test_a_car_that_rolls_on_is_pushed_no_further_than_others_count_on() -> None:
+    """It is put deep into a wall while it rolls on, and comes out of it towards one that drives there at full speed."""
+    profile = replace(CLASSROOM, wheels=MeasuredWheels(0, 150))
+    starts = Starts.of([Pose(0, 1), Pose(0, 0)], [True] * 2)
+    mat = Mat("wall", starts, 20, walls=((20.0, -1.0, 20.0, 1.0),))
+    programs = Program([forward(2, speed=3), wait(2)]), Program([forward(30, speed=3)])
+
+    def put(world: Worlds) -> None:
+        world.move(0, Pose(19.999, 0))
+        # Bodies of 150 mm, and a bit more than the way of both in four ticks.
+        world.move(1, Pose(19.999 - 0.150 - 0.04815, 0))
+
+    images = [compile_program(program, profile).image for program in programs]
+    same_in_both(Case(mat, images, profile, 0), [nothing, put], 2000)
 
 
 @pytest.mark.parametrize("tagged", [(1, 1, 0), (1, 1, 1), (1, 0, 0)], ids=["two of three", "all", "one"])

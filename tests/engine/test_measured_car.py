@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import pytest
 
-from motorcade import World, formation, open_table
+from motorcade import Pose, Program, World, compile_program, formation, forward, open_table, pir, together
 from motorcade.config.calibration import MOVES, fit, measured_profile
 from motorcade.config.profile import MeasuredWheels, built_in_profile
+from motorcade.mats import Person
 from motorcade.service.calibration import LAMP_S, UNPLUG_S, move_image
 
 CLASSROOM = built_in_profile("classroom")
@@ -42,3 +43,15 @@ def test_a_simulated_car_is_measured_as_what_its_profile_says():
     assert again.wheels.stopping_ms == pytest.approx(90, abs=1)
     assert again.speeds_mm_s == MEASURED.speeds_mm_s
     assert again.turn_rates_deg_s[3] == 118
+
+
+def test_a_car_that_is_given_back_rolls_on_from_nothing():
+    """Its program drives, but for the person in front of it."""
+    mat = replace(open_table((Pose(0, 0),), tick_ms=20), people=(Person(((0.0, 1.0, 0.0),)),))
+    world = World(mat, [compile_program(Program([together(forward(3, speed=3), pir())])).image], MEASURED)
+    world.drive(0, speed=MEASURED.motor.pwm_max)
+    world.run(500)
+    world.give_back(0)
+    given_back = world.snapshot().x_m[0]
+    world.run(1000)
+    assert world.snapshot().x_m[0] == given_back > 0.1

@@ -1,16 +1,16 @@
-"""The table of docs/security.md: how often each promise was tried in the simulated room, and each fault made.
+"""The table of README.md: how often each promise was tried in the simulated room, and each fault made.
 
-Its words stand in the documentation; ``python -m tests.faults --promises LANGUAGE`` prints it with the figures of now.
+Its words stand there; ``python -m tests.faults --promises`` prints it with the figures of now.
 """
 
 import re
 from collections.abc import Mapping
 from pathlib import Path
 
-DOCS = Path(__file__).parents[2] / "docs"
+README = Path(__file__).with_name("README.md")
 BEGIN, END = "<!-- python -m tests.faults --promises -->", "<!-- end -->"
 
-# By which scenarios each row of the table in docs/security.md is tried, with the scenario before a colon.
+# By which scenarios each row of the table is tried, with the scenario before a colon.
 PROMISES = (
     ("uploads:image-whole", "class:class-whole", "uploads:no-rubbish"),
     ("uploads:acknowledged-stays", "uploads:verified"),
@@ -70,14 +70,9 @@ FAULTS = (
 )
 
 
-def page(name: str, language: str) -> str:
-    """The text of a page of the documentation."""
-    return (DOCS / f"{name}{'' if language == 'en' else '.' + language}.md").read_text(encoding="utf-8")
-
-
-def written_table(language: str) -> str:
-    """The table as it is in the documentation."""
-    return page("security", language).partition(BEGIN)[2].partition(END)[0].strip()
+def written_table() -> str:
+    """The table as it is in README.md."""
+    return README.read_text(encoding="utf-8").partition(BEGIN)[2].partition(END)[0].strip()
 
 
 def figures(table: str) -> list[int]:
@@ -92,9 +87,9 @@ def figures_now(runs: int, tried: Mapping[str, int], faults: Mapping[str, int]) 
     return [runs, *(faults[name] for name in FAULTS), *(sum(tried[name] for name in names) for names in PROMISES)]
 
 
-def table(language: str, now: list[int]) -> str:
+def table(now: list[int]) -> str:
     """The table with the figures of now, but for the runs without their third digit and those behind it."""
-    lead, *rows = written_table(language).splitlines()
+    lead, *rows = written_table().splitlines()
     shown = iter([f"{now[0]}", *(f"{_rounded(count):,}" for count in now[1:])])
     lead = re.sub(r"\d[\d,]*", lambda _: next(shown), lead)
     return "\n".join([lead, *rows[:3], *(re.sub(r"[\d,]+ \|$", f"{next(shown)} |", row) for row in rows[3:])])

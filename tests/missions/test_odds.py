@@ -1,6 +1,7 @@
 """Many runs at once: the kernel that judges them says of each what the watches of one run say, moment by moment."""
 
 from dataclasses import replace
+from functools import partial
 
 import pytest
 
@@ -15,7 +16,8 @@ from motorcade.missions.other_goals import Works
 from motorcade.missions.watch import ManyRuns, MissionWatch, attempt_of, run_to_next
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Followers, Program
-from motorcade.program.steps import forward, led, wait
+from motorcade.program.steps import forward, led, together, voice, wait, wander
+from support.interrupts import lines_until_interrupted
 from support.linear_instance import MockInstance
 from support.made_up_runs import MAT, SQUARE
 from support.soak import SOAK
@@ -93,17 +95,73 @@ def test_a_mission_that_is_judged_in_every_tick_is_told_each_moment_and_disturbs
     image = image_of(mission, Program([forward(3, speed=3)]))
     attempt, watch = attempt_of(mission, image), MissionWatch(mission, image)
     judged, at_once = (World(mission.mat, [image], mission.profile, seeds=range(2), threads=1) for _ in range(2))
-    runs = ManyRuns(judged, [attempt] * 2)
+    runs = ManyRuns(judged, [attempt] * 2, every_ms=40)
+    judged.run(mission.duration_ms)
+    at_once.run(mission.duration_ms)
+    shown = World(mission.mat, [image], mission.profile, seeds=[1], threads=1)
     while not watch.is_over:
-        runs.see()
-        watch.see(judged.snapshot(1))
-        run_to_next(judged, mission.duration_ms, judged.tick_ms)
-    at_once.run(judged.now_ms)
+        watch.see(shown.snapshot())
+        run_to_next(shown, mission.duration_ms, shown.tick_ms)
     assert [digest(judged, which) for which in range(2)] == [digest(at_once, which) for which in range(2)]
     told = [[state.progress for state in run.states()] for run in (*runs.end(), watch)]
     assert told == [told[0]] * 3
     assert {*told[0]} == {"met", "lost"}
     assert watch.run.times_ms == list(range(0, 8001, 40))
+
+
+TOGETHER = [
+    {"kind": "gathered", "zone": "middle", "least": 10},
+    {"kind": "stopped", "zone": "middle", "least": 160},
+    *({"kind": "together", "metres": 2.75, "at": at} for at in ("end", "some-moment", "always")),
+    {"kind": "together", "who": [3, 9], "metres": 1},
+    {"kind": "stopped-by-voice", "who": "all", "share": 0.35},
+    {"kind": "stopped-by-voice", "who": [2, 17]},
+    {"kind": "covered", "zone": "middle", "least": 1},
+]
+
+
+def test_what_cars_do_together_is_judged_alike_while_runs_go_on_and_moment_by_moment():
+    """Twenty cars wander; voices stop those near the middle, and let them go. The end is between two ticks."""
+    voices = [{"at_s": 1, "word": "stop"}, {"at_s": 1.7, "word": "go"}]
+    voices.append({"at_s": 2.5, "word": "stop", "centre_m": [1.5, 1.5], "radius_m": 0.7})
+    crowd = {"cars": 20, "leaders": 20, "spacing_m": 0.3}
+    mat = {"size_m": [3, 3], "edge": "wall", "tick_ms": 40, "crowd": [crowd], "voice": voices}
+    zone = {"name": "middle", "centre_m": [1.5, 1.5], "radius_m": 0.5}
+    document = {"format": "motorcade-mission/1", "name": "m", "seconds": 3.1, "mat": mat, "zone": [zone]}
+    mission = mission_of({**document, "goal": TOGETHER}, "m")
+    image = image_of(mission, Program([together(wander(3), voice())]))
+    assert [tuple(each) for each in tried(mission, image, SEEDS)] == seen(mission, image, SEEDS)
+    world = World(mission.mat, [image], mission.profile, seeds=SEEDS, threads=1)
+    runs = ManyRuns(world, [attempt_of(mission, image)] * len(SEEDS))
+    world.run(3120)
+    told = [(run.grades(), [state.why.sentence() for state in run.states()]) for run in runs.end()]
+    for number, seed in enumerate(SEEDS):
+        watch = MissionWatch(mission, image)
+        alone = World(mission.mat, [image], mission.profile, seeds=[seed], events=True, threads=1)
+        for sight in watched(alone, mission):
+            watch.see(sight.moment, sight.begun)
+        assert told[number] == (watch.grades(), [state.why.sentence() for state in watch.states()])
+
+
+@pytest.mark.parametrize("kernels", ["native", "interpreted"])
+def test_a_judged_run_that_is_broken_off_anywhere_is_judged_once_at_each_moment(kernels):
+    mission = built_in_mission("the-square")
+    image = image_of(mission, mission.solution)
+
+    def begun():
+        world = World(mission.mat, [image], mission.profile, seeds=range(2), threads=1, kernels=kernels)
+        return world, ManyRuns(world, [attempt_of(mission, image)] * 2)
+
+    def ended(world, runs):
+        world.run(1500 - world.now_ms)
+        return [[*run.run.answers.off[0], *run.run.answers.since[0]] for run in runs.end()]
+
+    expected = ended(*begun())
+    lines = lines_until_interrupted(partial(begun()[0].run, 1500), -1)
+    for at in range(1, lines, max(lines // 20, 1)):
+        world, runs = begun()
+        lines_until_interrupted(partial(world.run, 1500), at)
+        assert ended(world, runs) == expected, at
 
 
 def test_more_runs_than_go_on_side_by_side_are_all_told_once():

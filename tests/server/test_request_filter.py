@@ -190,6 +190,13 @@ def test_a_browser_caches_only_what_never_changes(visit, tmp_path):
     assert script.headers["content-encoding"] == "gzip"
 
 
+def test_a_long_answer_is_sent_compressed(visit):
+    """The kinds of cars are part of what a page loads first."""
+    page = visit()
+    assert page.post("/api/profiles").headers["content-encoding"] == "gzip"
+    assert "content-encoding" not in page.post("/api/projects/list").headers
+
+
 @pytest.mark.parametrize("path", ["/../secret", "/%2e%2e/secret", "/x/%2e%2e/%2e%2e/secret"])
 def test_no_path_leads_out_of_the_pages_folder(visit, tmp_path, path):
     (tmp_path / "page").mkdir()

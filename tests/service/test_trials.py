@@ -8,7 +8,9 @@ from msgspec import structs
 from motorcade import Followers, Program, compile_program, forward, led, left, right, wait
 from motorcade.browser.kernels import open_worlds
 from motorcade.errors import MotorcadeError
+from motorcade.missions.check import check_program
 from motorcade.missions.document import built_in_mission
+from motorcade.missions.schema import GOALS
 from motorcade.service.difference import Compare, Compared, Difference, Show
 from motorcade.service.messages import MissionChoice
 from motorcade.service.trials import Explain, Failure, Luck, TrialSession, Try
@@ -94,7 +96,7 @@ def test_programs_of_a_leader_that_decides_are_tried_and_compared(session):
     """Sheep that are told to stop part from those that nobody tells when the first dog meets somebody."""
     mission = built_in_mission("sheepdog")
     images = [compile_program(program, mission.profile).image for program in (mission.solution, mission.near_miss)]
-    assert answers(session, Try(MissionChoice("sheepdog"), images[0], 20))[-1] == Luck(20, 20, 20, [])
+    assert answers(session, Try(MissionChoice("sheepdog"), images[0], 20))[-1] == Luck(20, 20, 20, [], [1, 2, 3])
     assert answers(session, Try(MissionChoice("sheepdog"), images[1], 20))[-1].works == 0
     told = difference(session, *(SetWorld(mission.mat_document, image=image) for image in images))
     stands, drives = "E0800000", "E2800000"
@@ -108,7 +110,34 @@ def test_another_program_ends_what_was_tried_before(session):
     session.receive(first)
     session.advance()
     last = answers(session, Try(MissionChoice("pass-it-on"), image_of("pass-it-on"), 20))[-1]
-    assert last == Luck(20, 20, 20, [])
+    assert last == Luck(20, 20, 20, [], [1, 2, 3])
+
+
+@pytest.mark.parametrize("shell", SESSIONS.values(), ids=SESSIONS)
+@pytest.mark.parametrize(
+    ("mission_id", "part", "stars"),
+    [
+        ("pass-it-on", "solution", [1, 2, 3]),
+        ("pass-it-on", "near_miss", []),
+        # Its third star asks for runs on other seeds, which are tried when the run ends.
+        ("two-words", "solution", [1, 2]),
+    ],
+)
+def test_the_stars_on_all_seeds_of_the_mission_are_told_before_any_other_run(shell, mission_id, part, stars):
+    mission = built_in_mission(mission_id)
+    image = compile_program(getattr(mission, part), mission.profile).image
+    begun, first, *_ = answers(shell(), Try(MissionChoice(mission_id), image, 20))
+    assert (begun.stars, begun.tried) == (None, 0)
+    assert (first.stars, first.tried) == (stars, 0)
+    expected = check_program(mission, getattr(mission, part)).stars
+    asked = {goal.star for goal in mission.goals if GOALS[goal.kind].tries_other_seeds}
+    assert {*stars} == expected - asked
+
+
+def test_steps_that_a_mission_does_not_allow_earn_no_star(session):
+    document = dict(built_in_mission("pass-it-on").document, steps=["wait"])
+    told = answers(session, Try(MissionChoice(document=document), image_of("pass-it-on"), 20))
+    assert told[1].stars == []
 
 
 def test_a_large_mission_is_tried_less_often(session):

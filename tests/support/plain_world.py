@@ -188,6 +188,7 @@ class PlainWorld:
 
     def give_back(self, car: int) -> None:
         if self.driven.pop(car, None):
+            self.way[car] = (0, 0)
             self.set_way(car)
 
     def step(self) -> None:
@@ -313,10 +314,10 @@ class PlainWorld:
     # Bodies
 
     def set_way(self, car: int) -> None:
-        board = self.boards[car]
-        if self.rules.coast and not board.speed_level:
-            # It rolls on.
+        if self.rules.coast:
+            # It changes when the car moves.
             return
+        board = self.boards[car]
         speed = 0.0 if board.direction in (LEFT, RIGHT) else float(self.rules.speeds[board.speed_level])
         self._drive(car, speed)
 
@@ -402,6 +403,8 @@ class PlainWorld:
                 self._slip(car, wheels)
             else:
                 self.way[car] = tuple(math.trunc(part * self.rules.coast) for part in self.way[car])
+            if self.rules.wheel_noise and any(pushes[car]):
+                pushes[car] = self._bounded(car, *pushes[car])
             step = [(part * (self.tick + 1) >> 12) - (part * self.tick >> 12) for part in self.way[car]]
             self.x[car] += step[0] + pushes[car][0]
             self.y[car] += step[1] + pushes[car][1]

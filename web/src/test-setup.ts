@@ -1,6 +1,10 @@
-/** What jsdom lacks of a browser. */
+/** What jsdom lacks of a browser, and how long tests wait for what a page shows. */
 
+import { configure } from "@testing-library/dom";
 import { vi } from "vitest";
+
+// A second is too little on a busy machine: React Aria alone takes as long to load.
+configure({ asyncUtilTimeout: 20_000 });
 
 globalThis.matchMedia = (media) => Object.assign(new EventTarget(), { media, matches: false }) as MediaQueryList;
 globalThis.Path2D = vi.fn() as never;

@@ -176,7 +176,7 @@ class ClassFolder(FolderStorage):
             raise MotorcadeError("cant-read", reason=problem) from None
         except MotorcadeError:
             raise MotorcadeError("damaged-version", name=DRAFT) from None
-        return StoredDraft(draft.name, draft.project, self.draft_at(owner) or "", draft.place)
+        return StoredDraft(draft.name, draft.project, self.draft_at(owner) or "", draft.place, draft.mission)
 
     def draft_at(self, owner: str) -> str | None:
         """Return when an owner's draft was saved; None where there is none."""

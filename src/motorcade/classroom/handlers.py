@@ -149,9 +149,11 @@ class Handlers:
         return await to_thread.run_sync(self._folder.read_draft, who) or messages.StoredDraft("", None, "", "")
 
     @request("class/draft/write")
-    async def write_draft(self, who: str, name: Text40, project: Project, place: Text40 = "") -> None:
-        """Store the draft of who asks."""
-        data = msgspec.json.encode(messages.Draft(name, project, place))
+    async def write_draft(
+        self, who: str, name: Text40, project: Project, place: Text40 = "", mission: MissionChoice | None = None
+    ) -> None:
+        """Store the draft of who asks, with the mission that it is for."""
+        data = msgspec.json.encode(messages.Draft(name, project, place, mission))
         await to_thread.run_sync(self._folder.write_draft, who, data)
 
     @request("class/give", stores=True)

@@ -108,20 +108,23 @@ class Draft(Struct, forbid_unknown_fields=True):
 
     Attributes:
         place: the tab whose work it is; a pupil may have several.
+        mission: what the project is played for; None for none.
     """
 
     name: Text40
     project: Project
     place: Text40 = ""
+    mission: MissionChoice | None = None
 
 
 class StoredDraft(Struct):
-    """The draft; ``project`` is None where there is none, ``saved_at`` is ISO 8601 in UTC; ``place`` as in `Draft`."""
+    """The draft; ``project`` is None where there is none, ``saved_at`` is ISO 8601 in UTC; the others as in `Draft`."""
 
     name: str
     project: Project | None
     saved_at: str
     place: str
+    mission: MissionChoice | None = None
 
 
 class TeacherAbout(Struct):

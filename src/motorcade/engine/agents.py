@@ -1,11 +1,14 @@
 """The kernels for cars that a program of the user steers: give each a word between two ticks, and read its senses."""
 
+import math
+
 from motorcade.car import brain, frames
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.senses import NOTHING
 from motorcade.engine import bodies, clearance, floor
 from motorcade.engine.backend import in_kernel
-from motorcade.engine.state import DRIVEN, Arrays, Ints, Now, Words
+from motorcade.engine.geometry import FULL_TURN
+from motorcade.engine.state import DRIVEN, Arrays, Ints, Now, Singles, Words
 from motorcade.words.ticks import TICKS_MASK
 
 # No control word: a car that gets it keeps its own.
@@ -14,6 +17,8 @@ KEEP = 1
 # and where it is; the heading is a binary angle.
 OBSTACLE_MM, PERSON, DARK_FLOOR, WORD, STARTED_MS, X_UM, Y_UM, HEADING = range(8)
 SENSED = 8
+# What `observe` writes of a car beside the fields of what it heard.
+SEEN = 8
 
 
 @in_kernel
@@ -82,3 +87,30 @@ def read_senses(tick: int, worlds: int, look_mm: int, arrays: Arrays, sensed: In
             row[DARK_FLOOR], _, _ = floor.look_down(i, cars, arrays.floor, arrays.rules)
         row[WORD], row[STARTED_MS] = cars.memory[brain.WORD, i], cars.memory[brain.STARTED_MS, i]
         row[X_UM], row[Y_UM], row[HEADING] = cars.x[i], cars.y[i], cars.heading[i]
+
+
+def observe(given_ms: int, range_m: float, given: Words, told: Ints, fields: Ints, sensed: Ints, seen: Singles) -> None:
+    """Write what cars observe, after `read_senses`: what they sense, the fields of what they heard, and their pose.
+
+    Args:
+        given_ms: when the cars got the words ``given``, or KEEP.
+        range_m: what an ultrasonic sensor that finds nothing observes.
+        told: (3, cars): the word of each car at the last call, when it began, and whether it is to hear; goes on.
+        fields: (fields, 2): the lowest bit and the mask of each.
+        sensed: what `read_senses` wrote.
+        seen: (cars, 8 + fields): person, dark on the left and on the right, heard, obstacle; the fields; the pose.
+    """
+    for k in range(sensed.shape[0]):
+        row, line = sensed[k], seen[k]
+        if given[k] != KEEP:
+            told[0, k], told[1, k] = int(given[k]), given_ms
+        heard = told[2, k] if row[WORD] != told[0, k] or row[STARTED_MS] != told[1, k] else 0
+        told[0, k], told[1, k] = row[WORD], row[STARTED_MS]
+        line[0], line[1], line[2] = row[PERSON], row[DARK_FLOOR] & 1, row[DARK_FLOOR] >> 1 & 1
+        line[3] = heard
+        line[4] = min(float(row[OBSTACLE_MM]) / 1000.0, range_m)
+        for field in range(fields.shape[0]):
+            line[5 + field] = (row[WORD] >> fields[field, 0] & fields[field, 1]) * heard
+        at = 5 + fields.shape[0]
+        line[at], line[at + 1] = float(row[X_UM]) / 1e6, float(row[Y_UM]) / 1e6
+        line[at + 2] = float(row[HEADING]) * (math.tau / FULL_TURN)

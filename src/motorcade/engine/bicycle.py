@@ -106,10 +106,12 @@ def give_back(i: int, tick: int, cars: CarArrays, rules: Rules) -> None:
     """Give the wheels of car ``i`` back to its program, between two ticks.
 
     Where the wheels depend on sensors, or on what the program does in the next tick, the car's turn in that tick
-    sets them. Other cars may have counted on it that the car stands.
+    sets them. Other cars may have counted on it that the car stands. Who drives by hand stops at once: the car rolls
+    on from what its own program does.
     """
     now = tick * rules.tick_ms & TICKS_MASK
     last = later_ms(now, -rules.tick_ms)
+    cars.displacement_x[i], cars.displacement_y[i] = 0, 0
     bodies.set_displacement(i, brain.wheels(cars.memory[:, i], NOTHING, last, rules.levels), cars, rules)
     cars.due[i] = now
     for j in range(cars.x.shape[0]):

@@ -244,6 +244,13 @@ def obstacle_mm(distance: float, rules: Rules) -> int:
 
 
 @in_kernel
+def set_push(i: int, push_x: float, push_y: float, cars: CarArrays, rules: Rules) -> None:
+    """Store how contacts push car ``i``, until it moves."""
+    whole_x, whole_y = whole_push(i, push_x, push_y, cars, rules)
+    cars.push[i] = (whole_x & 0xFFFF) << 16 | (whole_y & 0xFFFF)
+
+
+@in_kernel
 def whole_push(i: int, push_x: float, push_y: float, cars: CarArrays, rules: Rules) -> tuple[int, int]:
     """The push in whole µm, limited so that the car goes no further than the fastest car drives."""
     displacement_x = float(cars.displacement_x[i]) / (1 << DISPLACEMENT_BITS)
@@ -304,10 +311,10 @@ def turns(wheels: int) -> bool:
 def set_displacement(i: int, wheels: int, cars: CarArrays, rules: Rules) -> None:
     """Set the wheels of car ``i`` and its displacement: straight along the heading, or none when it turns.
 
-    A car that is told to stand and rolls on keeps its displacement: `_slip` slows it down.
+    Where cars roll on, the displacement stays until they move: `_slip` sets it, and slows down those that stand.
     """
     cars.wheels[i] = wheels
-    if rules.coast > 0.0 and wheels & 3 == 0:
+    if rules.coast > 0.0:
         return
     length = 0.0
     if wheels >> 2 != LEFT and wheels >> 2 != RIGHT:
@@ -359,6 +366,10 @@ def move(begin: int, end: int, seed: int, tick: int, ticks: int, cars: CarArrays
     if rules.wheel_noise > 0.0:
         for i in range(begin, end):
             _slip(i, seed, tick * rules.tick_ms, cars, rules)
+            push = int(cars.push[i])
+            if push != 0:
+                # No car goes further than the fastest one drives: others count on it.
+                set_push(i, float(_signed(push >> 16)), float(_signed(push & 0xFFFF)), cars, rules)
     phase, ticks = tick & _PARTS, ticks & _PARTS
     for i in range(begin, end):
         push = int(cars.push[i])

@@ -188,6 +188,5 @@ def is_stuck(i: int, tick: int, arrays: Arrays) -> bool:
 def push(i: int, push_x: float, push_y: float, arrays: Arrays, now: Now) -> None:
     """Store a push until the cars move, and count the time in which the car touches something."""
     if push_x != 0.0 or push_y != 0.0:
-        whole_x, whole_y = bodies.whole_push(i, push_x, push_y, arrays.cars, arrays.rules)
-        arrays.cars.push[i] = (whole_x & 0xFFFF) << 16 | (whole_y & 0xFFFF)
+        bodies.set_push(i, push_x, push_y, arrays.cars, arrays.rules)
         arrays.counters.counts[now.part, events.TOUCHING_MS] += arrays.rules.tick_ms

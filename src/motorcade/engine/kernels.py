@@ -29,7 +29,7 @@ from motorcade.engine import (
     showing,
 )
 from motorcade.engine.backend import in_kernel, methods_in_kernel
-from motorcade.engine.judging import judge
+from motorcade.engine.judging import Asked, judge, judge_world, next_moment
 from motorcade.engine.state import DRIVEN, MOST_PARTS, NOBODY, Arrays, ForBrain, Ints, Now, Words
 from motorcade.words.flow import FLOOR, OBSTACLE, PERSON
 from motorcade.words.positions import AVOID_ENABLE_AT, FLOOR_AT, PIR_AT, UNTIL_AT, UNTIL_LEVEL_AT
@@ -330,11 +330,14 @@ def _set_due(car: CarTurn, wait: int) -> None:
     cars.due[i] = later_ms(now, max(wait, 1))
 
 
-def run(share: int, shares: int, until: int, said_at: int, said: int, seeds: Ints, arrays: Arrays) -> None:
+def run(
+    share: int, shares: int, until: int, said_at: int, said: int, seeds: Ints, arrays: Arrays, asked: Asked
+) -> None:
     """Step the worlds of one of several shares, one after the other, each from its own tick to tick ``until``.
 
     So a world that has come there stays as it is, and a call can be repeated where it is unknown whether it was made.
-    In tick ``said_at``, the first or one before, every car hears ``said``.
+    In tick ``said_at``, the first or one before, every car hears ``said``. Each world is judged at its moments before
+    ``until``.
     """
     cars, voices, rules, driven = arrays.cars, arrays.voices, arrays.rules, arrays.driven
     counts = arrays.counters.counts
@@ -347,7 +350,11 @@ def run(share: int, shares: int, until: int, said_at: int, said: int, seeds: Int
         cells.wake_all(begin, end, share, arrays)
         tick = first_tick
         sort_at = first_tick + -first_tick % rules.sort_every
+        judge_at = next_moment(tick - 1, asked.every_ms, rules.tick_ms) if asked.every_ms > 0 else until
         while tick < until:
+            if tick == judge_at:
+                judge_world(world, tick, cars, rules, asked.questions, asked.answers)
+                judge_at = next_moment(tick, asked.every_ms, rules.tick_ms)
             ms = tick * rules.tick_ms & TICKS_MASK
             first_voice = spoken
             while spoken < voices.at_ms.shape[0] and voices.at_ms[spoken] <= ms:
@@ -363,7 +370,7 @@ def run(share: int, shares: int, until: int, said_at: int, said: int, seeds: Int
             senders = step_cars(arrays, now)
             for k in range(begin, begin + senders):
                 channel.spread_frame(cars.order[k], begin, end, arrays, now)
-            ticks = _ticks_to_next(min(until, sort_at), arrays, now)
+            ticks = _ticks_to_next(min(until, sort_at, judge_at), arrays, now)
             resting.move(ticks, arrays, now)
             bicycle.turn_round(world, cars, driven)
             tick += ticks
@@ -463,6 +470,7 @@ KERNELS: Mapping[str, Callable[..., None]] = {
         agents.begin_words,
         agents.read_obstacle,
         agents.read_senses,
+        agents.observe,
         showing.read_moment,
         showing.pack_picture,
         showing.sort_events,

@@ -15,6 +15,7 @@ from motorcade.car.brain import NO_VOICE
 from motorcade.config.arguments import to_whole
 from motorcade.engine import events, layout
 from motorcade.engine.backend import Backend, BackendArray
+from motorcade.engine.judging import Asked
 from motorcade.engine.slices import Slices
 from motorcade.engine.state import Arrays, CarArrays, Cells, Counters, Decisions, Driven, Rules
 from motorcade.errors import MotorcadeError
@@ -23,7 +24,7 @@ from motorcade.words.ticks import TICKS_MASK
 # No car is farther from 0 in x or y: places are 32 bits of µm, and a car drives on for a tick before it is seen there.
 FARTHEST_UM = 2_147_000_000
 # Kernels that were cut off are called again with more room, so the room is enough for most calls.
-_MOST_MS_WITH_EVENTS = 200
+_MOST_MS_WITH_EVENTS = 1000
 # When the clock of cars wraps.
 _MOST_RUN_MS = TICKS_MASK
 Given = ParamSpec("Given")
@@ -68,6 +69,7 @@ class Running:
     _seeds: BackendArray
     _slices: Slices
     _can_go_back: bool
+    _asked: Asked
 
     def arrays(self) -> Arrays:
         """All that a kernel reads and writes."""
@@ -208,7 +210,11 @@ class Running:
         """The arrays that a run changes."""
         cars = self.state
         of_cars = cars.rows, cars.push, cars.wheels, cars.program, self._decisions
-        return [*of_cars, *self._cells, self._driven, self._counters.counts]
+        changing = [*of_cars, *self._cells, self._driven, self._counters.counts]
+        if self._asked.every_ms:
+            answers = self._asked.answers
+            changing += [answers.off, answers.before, answers.since]
+        return changing
 
     def _contents(self) -> list[tuple[BackendArray, Any]]:
         """The arrays that a run changes, and their contents now."""
@@ -230,5 +236,5 @@ class Running:
     def _call(self, until: int) -> int:
         """Call the kernels; return the tick that all cars have come to."""
         spoken = self._spoken_at, self._spoken
-        self.backend.call("run", 0, 1, until, *spoken, self._seeds, self.arrays())
+        self.backend.call("run", 0, 1, until, *spoken, self._seeds, self.arrays(), self._asked)
         return until

@@ -18,7 +18,7 @@ from motorcade.config.profile import Profile, built_in_profile
 from motorcade.engine import agents, bicycle, events, floor, layout
 from motorcade.engine.backend import Backend, BackendArray, allocate_all
 from motorcade.engine.geometry import to_heading
-from motorcade.engine.judging import Answers, Questions
+from motorcade.engine.judging import Asked, nothing
 from motorcade.engine.moment import COLUMNS, Columns, Moment, allocate_columns, view_column
 from motorcade.engine.resting import ALL
 from motorcade.engine.running import Running, done_whole
@@ -104,6 +104,7 @@ class Simulation(Running):
         self._shown: Columns | None = None
         self._set_environment(mat, self.profile)
         self._slices, self._can_go_back = Slices(self.worlds * self.cars, backend.interruptible), False
+        self._asked = nothing(backend)
         self._begin(seeds, 0)
 
     def reset(self, seeds: int | Sequence[int] | None = None) -> None:
@@ -282,18 +283,28 @@ class Simulation(Running):
             raise MotorcadeError("words-differ-from-cars", needed=4 * self.worlds * self.cars)
         given = self.backend.zeros("words", (self.worlds * self.cars,), "uint32")
         self.backend.write(given, words)
+        self.begin_given(given)
+
+    def begin_given(self, given: BackendArray) -> None:
+        """Let followers begin words as `begin_words`, from an array of one number a car."""
         self.backend.call("begin_words", self.tick, self.worlds, given, self.arrays())
 
-    def read_senses(self) -> BackendArray:
-        """Return what every car senses, after the first tick: (worlds * cars, SENSED) int64.
+    def read_senses(self, sensed: BackendArray | None = None) -> BackendArray:
+        """Return what every car senses, after the first tick: (worlds * cars, SENSED) int64; a new array unless given.
 
         The columns are those of `motorcade.engine.agents`. Sensors are on whatever a car's word asks for.
         """
         self._check_begun()
-        sensed = self.backend.zeros("sensed", (self.worlds * self.cars, agents.SENSED), "int64")
+        if sensed is None:
+            sensed = self.backend.zeros("sensed", (self.worlds * self.cars, agents.SENSED), "int64")
         look_mm = self.profile.body.ultrasonic_range_mm
         self.backend.call("read_senses", self.tick, self.worlds, look_mm, self.arrays(), sensed)
         return sensed
+
+    def observe(self, given_ms: int, *arrays: BackendArray) -> None:
+        """Write what every car observes; the arrays are those of `motorcade.engine.agents.observe`, ``given`` first."""
+        range_m = self.profile.body.ultrasonic_range_mm / 1000
+        self.backend.call("observe", given_ms, range_m, *arrays)
 
     def snapshot(self, world: int = 0) -> Moment:
         """What the cars of a world show now, and what was counted in it since reset; columns are memory views."""
@@ -366,9 +377,17 @@ class Simulation(Running):
         parts = range(world, world + 1) if self._parts == self.worlds else range(self._parts)
         return {name: sum(counts[part * events.COUNTS + k] for part in parts) for name, k in COUNTED.items()}
 
-    def judge(self, questions: Questions, answers: Answers) -> None:
-        """Ask what `motorcade.engine.judging` can ask of the cars of all worlds now."""
-        self.backend.call("judge", self.tick, self.state, self._rules, questions, answers)
+    def ask(self, asked: Asked) -> None:
+        """Ask questions of the cars at each moment that a run passes from now on, and write the answers.
+
+        A moment at which a run ends is judged by the next run, or by `judge`. A large world of several threads asks
+        nothing.
+        """
+        self._asked = asked
+
+    def judge(self) -> None:
+        """Ask the questions at the moment to which the worlds have come, after the last run."""
+        self.backend.call("judge", self.tick, self.state, self._rules, self._asked.questions, self._asked.answers)
 
     def arrays(self) -> Arrays:
         """All that a kernel reads and writes."""

@@ -220,7 +220,7 @@ class World(SavableSimulation):
             scratch = backend.zeros("scratch", (self.threads, self.cars), "uint32")
             return backend.run_large(self.threads, *moment, self.arrays(), self._seeds, scratch)
         if self.worlds > 1 and isinstance(backend, NativeKernels):
-            backend.run(min(self.threads, self.worlds), self._shares, *moment, self._seeds, self.arrays())
+            backend.run(min(self.threads, self.worlds), self._shares, *moment, self._seeds, self.arrays(), self._asked)
             return until
         return super()._call(until)
 

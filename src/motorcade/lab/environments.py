@@ -134,12 +134,13 @@ class ParallelCars(ParallelEnv[str, Singles, Numbers]):
         Raises:
             MotorcadeError: an action isn't allowed or is of no agent, or no episode has begun.
         """
-        for agent in instance_of(dict, "actions", actions):
-            self._of(agent, self.action_spaces)
-        nothing = np.zeros(len(self.choices), np.int64)
-        chosen = [np.reshape(actions.get(agent, nothing), -1) for agent in self.possible_agents]
-        acts = np.array([[agent in actions for agent in self.possible_agents]])
-        rewards = self._stepped.step([chosen], acts)[0].tolist()
+        if not instance_of(dict, "actions", actions).keys() <= self.action_spaces.keys():
+            for agent in actions:
+                self._of(agent, self.action_spaces)
+        acts = None
+        if len(actions) < len(self.possible_agents):
+            acts = np.array([[agent in actions for agent in self.possible_agents]])
+        rewards = self._stepped.step(self._chosen(actions), acts)[0].tolist()
         agents = self.agents
         is_over = self._stepped.is_over
         observed = self._observed()
@@ -163,6 +164,16 @@ class ParallelCars(ParallelEnv[str, Singles, Numbers]):
     def close(self) -> None:
         """Close the window."""
         self._window.close()
+
+    def _chosen(self, actions: Mapping[str, Any]) -> Any:
+        """The actions of all agents; zeros for those that don't act."""
+        chosen = [actions.get(agent, 0) for agent in self.possible_agents]
+        try:
+            return np.array(chosen).reshape(1, len(chosen), -1)
+        except ValueError:
+            # Some are numbers and some are arrays.
+            nothing = np.zeros(len(self.choices), np.int64)
+            return [[np.reshape(actions.get(agent, nothing), -1) for agent in self.possible_agents]]
 
     def _show(self) -> None:
         if self.render_mode == "human":

@@ -25,6 +25,7 @@ from motorcade.config.arguments import (
 from motorcade.engine import agents
 from motorcade.engine.geometry import FULL_TURN
 from motorcade.engine.simulation import checked_images
+from motorcade.engine.state import Buffer
 from motorcade.engine.world import World
 from motorcade.errors import InputError, MotorcadeError, Phrase
 from motorcade.lab.starts import random_starts, starts_of
@@ -173,11 +174,14 @@ class SteppedWorlds:
         self.agents = np.flatnonzero(~np.asarray(mat.starts.leads))
         if not len(self.agents):
             raise InputError("environment-without-agents")
+        # Agents are mostly neighbours: then arrays needn't be gathered.
+        first, last = self.agents[[0, -1]].tolist()
+        self._places = slice(first, last + 1) if last - first + 1 == len(self.agents) else self.agents
         self._set_actions(options.actions)
         self._reward = options.reward
         # The mission whose grade gives the rewards.
         self._watched = mission if options.reward is None else None
-        self.world = World(mat, self._images, profile, seeds=range(worlds), events=self._watched is not None)
+        self._open(World(mat, self._images, profile, seeds=range(worlds), events=self._watched is not None))
         self.has_begun = False
         self._next_seed = secrets.randbelow(MOST_SEED)
         self.step_ms = step_ms
@@ -190,6 +194,19 @@ class SteppedWorlds:
         self.columns = {
             name: limits for name, limits in self.state_columns.items() if options.pose or name not in _POSE
         }
+
+    def _open(self, world: World) -> None:
+        """Step these worlds from now on. Their kernels write into the same arrays in each step."""
+        self.world = world
+        memory = world.backend
+        cars = world.worlds * world.cars
+        fields = Buffer.of("int64", [number for field in FIELDS.values() for number in (field.low, field.raw_mask)], 2)
+        self._fields = memory.allocate("observed.fields", fields)
+        # The words that cars begin in a step; and those that they had before it, with when they began.
+        self._given = memory.zeros("observed.given", (cars,), "uint32")
+        self._told = memory.zeros("observed.told", (3, cars), "int64")
+        self._sensed = memory.zeros("observed.sensed", (cars, agents.SENSED), "int64")
+        self._seen = memory.zeros("observed.seen", (cars, agents.SEEN + len(FIELDS)), "float32")
 
     def _limits(self, mat: Mat) -> dict[str, tuple[float, float]]:
         """The least and the largest value of each column that can be observed."""
@@ -208,6 +225,7 @@ class SteppedWorlds:
             self.choices = [len(words)]
             self._shifts = None
             self._base = np.array(words, np.uint32)
+            self._choices = np.array(self.choices, np.uint64)
             return
         names = list(FIELDS)
         if actions != "words":
@@ -217,6 +235,7 @@ class SteppedWorlds:
                 raise not_allowed("actions", name, ", ".join(("words", "wheels", *FIELDS)))
         fields = [FIELDS[name] for name in names]
         self.choices = [field.maximum + 1 for field in fields]
+        self._choices = np.array(self.choices, np.uint64)
         self._shifts = np.array([field.low for field in fields], np.uint32)
         others = {name: value for name, value in _OTHERS.items() if name not in names}
         self._base = np.array(CONTROL.encode(**others), np.uint32)
@@ -244,24 +263,26 @@ class SteppedWorlds:
             first = to_whole("seed", seed, 0, MOST_SEED)
         chosen = {} if options is None else instance_of(dict, "options", options)
         self._check_reset(chosen)
-        world = self._world_with(checked_images(chosen.get("images", self._images)))
+        self._run_images(checked_images(chosen.get("images", self._images)))
+        world = self.world
         world.reset([(first + number) % (MOST_SEED + 1) for number in range(world.worlds)])
         if chosen.get("random_starts"):
             world.place_cars([random_starts(world.mat, world.profile, seed) for seed in world.seeds])
         elif "places" in chosen:
             world.place_cars([starts_of(chosen["places"], world.mat)] * world.worlds)
-        self.world = world
         self._next_seed = (first + world.worlds) % (MOST_SEED + 1)
         self.has_begun = True
-        # The word that each car had at the beginning of the step, and when it began that word.
-        self._given = np.zeros((world.worlds, world.cars), np.uint32)
-        self._begun_ms = np.zeros((world.worlds, world.cars), np.int64)
+        self._given[:] = agents.KEEP
+        self._told[:2] = 0
+        self._told[2] = np.tile(~np.asarray(world.mat.starts.leads), world.worlds)
         watched = self._watched
         self._watches = [MissionWatch(watched, world.images[0]) for _ in world.seeds] if watched else []
         self._see()
         world.step()
         self._graded = self._grades()
-        self._readings = self._read()
+        # Those before and after the last step, where a reward needs them.
+        self._readings = list[Readings]()
+        self._observe(0)
 
     def _check_reset(self, options: Mapping[str, Any]) -> None:
         for name in options:
@@ -272,12 +293,12 @@ class SteppedWorlds:
         if "images" in options and not any(self.world.mat.starts.leads):
             raise InputError("images-without-leaders")
 
-    def _world_with(self, images: tuple[bytes, ...]) -> World:
-        """The world, or another one whose leaders run other programs."""
+    def _run_images(self, images: tuple[bytes, ...]) -> None:
+        """Let leaders run these programs, in other worlds where they are others."""
         world = self.world
-        if images == world.images:
-            return world
-        return World(world.mat, images, world.profile, seeds=world.seeds, events=self._watched is not None)
+        if images != world.images:
+            events = self._watched is not None
+            self._open(World(world.mat, images, world.profile, seeds=world.seeds, events=events))
 
     def step(self, actions: Any, acts: Flags | None = None) -> Floats:
         """Let each agent begin the word of its action, and run the worlds for a step.
@@ -295,21 +316,18 @@ class SteppedWorlds:
         if self.is_over or not self.has_begun:
             raise MotorcadeError("episode-has-not-begun")
         world = self.world
-        before = self._readings
         words = self._words_of(actions)
-        given = np.full((world.worlds, world.cars), agents.KEEP, np.uint32)
         if acts is not None:
             words = np.where(acts, words, agents.KEEP)
-        given[:, self.agents] = words
-        world.begin_words(given.astype("<u4").tobytes())
-        self._given = np.where(given == agents.KEEP, self._given, given)
-        self._begun_ms = np.where(given == agents.KEEP, self._begun_ms, world.now_ms)
+        self._given.reshape(world.worlds, world.cars)[:, self._places] = words
+        world.begin_given(self._given)
+        given_ms = world.now_ms
         if self._watches:
-            self._run_watched(world.now_ms + self.step_ms)
+            self._run_watched(given_ms + self.step_ms)
         else:
             world.run(self.step_ms)
-        self._readings = self._read()
-        return self._rewards(before)
+        self._observe(given_ms)
+        return self._rewards()
 
     def _run_watched(self, end_ms: int) -> None:
         """Run to ``end_ms``, and show the goals' watches their moments: each EVERY_MS, and the episode's end."""
@@ -327,20 +345,20 @@ class SteppedWorlds:
 
     def observations(self) -> NDArray[np.float32]:
         """What the agents observe now, of shape (worlds, agents, columns)."""
-        return self.state()[:, self.agents, : len(self.columns)]
+        return self._state()[:, self._places, : len(self.columns)].copy()
 
     def state(self) -> NDArray[np.float32]:
         """What all cars sense and hear, and where they are, of shape (worlds, cars, state_columns).
 
         Raises MotorcadeError: no episode has begun.
         """
+        return self._state().copy()
+
+    def _state(self) -> NDArray[np.float32]:
+        """As `state`; the next step overwrites it."""
         if not self.has_begun:
             raise MotorcadeError("episode-has-not-begun")
-        now = self._readings
-        sensed = [getattr(now, name) for name in _SENSED]
-        heard = [(now.word >> field.low & field.raw_mask) * now.heard for field in FIELDS.values()]
-        pose = [getattr(now, name) for name in _POSE]
-        seen: NDArray[np.float32] = np.stack([*sensed, *heard, *pose], axis=2).astype(np.float32)
+        seen: NDArray[np.float32] = self._seen.reshape(self.world.worlds, self.world.cars, -1)
         return seen
 
     def _words_of(self, actions: Any) -> NDArray[np.uint32]:
@@ -350,12 +368,14 @@ class SteppedWorlds:
         except ValueError:
             # Its rows differ in length.
             given = np.array(None)
-        # NaN is neither less than 0 nor more.
         is_number = given.dtype.kind in "iuf" and given.shape == shape
-        if not is_number or not ((given >= 0) & (given < self.choices)).all():
-            raise InputError("action-not-allowed", shape=shape, choices=self.choices)
-        numbers = given.astype(np.int64)
-        if (numbers != given).any():
+        if is_number:
+            with np.errstate(invalid="ignore"):
+                numbers = given.astype(np.int64)
+            # Less than 0 is more than all choices.
+            is_choice = bool((numbers.view(np.uint64) < self._choices).all())
+            is_number = is_choice and (given.dtype.kind != "f" or bool((numbers == given).all()))
+        if not is_number:
             raise InputError("action-not-allowed", shape=shape, choices=self.choices)
         if self._shifts is None:
             words = self._base[numbers[..., 0]]
@@ -376,26 +396,33 @@ class SteppedWorlds:
             return np.array([])
         return np.array([grade_of(mission, watch.grades()) for watch in self._watches])
 
-    def _rewards(self, before: Readings) -> Floats:
-        found: Any = 0.0
+    def _rewards(self) -> Floats:
+        """The rewards of the step that ends now."""
+        shape = self.world.worlds, self.world.cars
         if self._reward is not None:
-            found = self._reward(before, self._readings)
-        elif self._watches:
+            found = self._reward(*self._readings)
+            return np.broadcast_to(np.asarray(found, float), shape)[:, self.agents]
+        if self._watches:
             earlier = self._graded
             self._graded = self._grades()
-            found = (self._graded - earlier)[:, None]
-        return np.broadcast_to(np.asarray(found, float), (self.world.worlds, self.world.cars))[:, self.agents]
+            return np.broadcast_to((self._graded - earlier)[:, None], (shape[0], len(self.agents)))
+        return np.zeros((shape[0], len(self.agents)))
+
+    def _observe(self, given_ms: int) -> None:
+        """Let the kernels write what cars observe, after a step that began at ``given_ms``."""
+        world = self.world
+        world.read_senses(self._sensed)
+        world.observe(given_ms, self._given, self._told, self._fields, self._sensed, self._seen)
+        if self._reward is not None:
+            self._readings = [*self._readings[-1:], self._read()]
 
     def _read(self) -> Readings:
         world = self.world
-        rows = world.read_senses().reshape(world.worlds, world.cars, agents.SENSED)
+        rows = self._sensed.reshape(world.worlds, world.cars, agents.SENSED)
         # In the order of the columns of `motorcade.engine.agents`.
-        obstacle_mm, person, dark, word, started_ms, x_um, y_um, heading = np.moveaxis(rows, 2, 0)
-        words = word.astype(np.uint32)
-        heard = ((words != self._given) | (started_ms != self._begun_ms)) & ~np.asarray(world.mat.starts.leads)
-        self._given = words
-        self._begun_ms = started_ms
+        obstacle_mm, person, dark, word, _, x_um, y_um, heading = np.moveaxis(rows, 2, 0)
+        heard = self._state()[:, :, _SENSED.index("heard")] > 0
         obstacle_m = np.minimum(obstacle_mm / 1000, self._range_m)
         radians = heading * (math.tau / FULL_TURN)
         sensed = obstacle_m, person > 0, dark & 1 > 0, dark & 2 > 0, heard
-        return Readings(world.now_ms, *sensed, words, x_um / 1e6, y_um / 1e6, radians)
+        return Readings(world.now_ms, *sensed, word.astype(np.uint32), x_um / 1e6, y_um / 1e6, radians)

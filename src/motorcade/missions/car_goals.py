@@ -18,7 +18,6 @@ from motorcade.missions.goal import (
     WINDOW,
     ZONE,
     AskedGoal,
-    GoalKind,
     GoalState,
     Question,
     at,
@@ -339,62 +338,43 @@ class Lit(CarsGoal):
         return f"{self._key(self.goal)}-lost", {"led": lamp_name(self.values["led"])}
 
 
-class Together(GoalKind):
+class Together(AskedGoal):
     """Cars are near to each other: any two of them."""
 
     name = "together"
     fields: ClassVar = {"who": WHO, "metres": metres("the distance between any two of them at most"), "at": at("end")}
     is_reached = True
 
-    def prepare(self) -> None:
-        self._metres: float = self.values["metres"]
-        self._at = self.values["at"]
-        # How far apart which two cars are, and when: now, or where they were nearest for a goal of some moment.
-        self._apart = (math.inf, self.cars[0], self.cars[0])
-        self._apart_ms = 0
-
-    def see(self, moment: Moment, begun: Sequence[Event]) -> None:
-        super().see(moment, begun)
-        if self.lost_ms is not None or (self._at == "some-moment" and self.since_ms is not None):
-            return
-        apart = self._farthest(moment)
-        if self._at != "some-moment" or apart[0] <= self._apart[0]:
-            self._apart = apart
-            self._apart_ms = moment.t_ms
-        is_met = apart[0] <= self._metres
-        self.note(is_met)
-        if self._at == "always" and not is_met:
-            self.lost_ms = moment.t_ms
+    @classmethod
+    def question(cls, goal: Goal, mission: Mission) -> Question:
+        return Question(judging.TOGETHER, AT[goal.values["at"]], (0.0, goal.values["metres"]))
 
     @classmethod
     def asks(cls, goal: Goal, details: dict[str, Any]) -> Phrase:
         return super().asks(goal, details | {"cm": centimetres(goal.values["metres"])})
 
-    def _farthest(self, moment: Moment) -> tuple[float, int, int]:
-        """The two cars that are farthest from each other, and how far."""
-        x, y = moment.x_m, moment.y_m
-        # Only a car that is outermost in one of many directions can be one of the two.
-        outer = set()
-        for step in range(16):
-            cosine, sine = math.cos(step * math.pi / 8), math.sin(step * math.pi / 8)
-            outer.add(max(self.cars, key=lambda car: x[car] * cosine + y[car] * sine))
-        pairs = [(math.dist((x[one], y[one]), (x[other], y[other])), one, other) for one in outer for other in outer]
-        apart_m, one, other = max(pairs, key=lambda pair: (pair[0], -pair[1], -pair[2]))
-        return judging.shown_m(apart_m), one, other
+    @property
+    def _apart_m(self) -> float:
+        """How far apart two cars are: now, or where they were nearest for a goal of some moment."""
+        return self.off[0]
 
     def state(self, is_over: bool) -> GoalState:
-        apart_m, one, other = self._apart
-        why = Phrase("goal-apart", car=car_phrase(one), other=car_phrase(other), cm=centimetres(apart_m))
-        if self.since_ms is None:
-            if is_over or self.lost_ms is not None:
-                return GoalState("lost", self._apart_ms, why, (one, other))
+        one, other = map(int, self.run.answers.before[0][3 * self.first :][:2])
+        if not self.run.times_ms:
+            one = other = self.cars[0]
+        why = Phrase("goal-apart", car=car_phrase(one), other=car_phrase(other), cm=centimetres(self._apart_m))
+        is_always = self.asked.when == judging.ALWAYS
+        if self.met_since_ms is None or not self.run.times_ms:
+            if is_over or (is_always and self.run.times_ms):
+                return GoalState("lost", self.off_ms(0), why, (one, other))
             return GoalState("open", None, why, (one, other))
-        if self._at == "always":
+        if is_always:
             return self.kept(is_over, why)
-        is_for_good = is_over or self._at == "some-moment"
-        return GoalState("met" if is_for_good else "holds", self.since_ms, why)
+        is_for_good = is_over or self.asked.when == judging.SOME_MOMENT
+        return GoalState("met" if is_for_good else "holds", self.met_since_ms, why)
 
     def nearness(self) -> float:
-        if self._at == "always":
-            return (self.lost_ms or 0) / max(self.now_ms, 1)
-        return self._metres / max(self._apart[0], self._metres)
+        if self.asked.when == judging.ALWAYS:
+            return self.off_ms(0) / max(self.last_ms, 1)
+        most_m: float = self.values["metres"]
+        return most_m / max(self._apart_m, most_m)

@@ -105,10 +105,14 @@ Look = Callable[[Sight], None]
 
 def check_image(mission: Mission, image: bytes, look: Look | None = None) -> Result:
     """Check an image; its steps are those that it decompiles to. Raises MotorcadeError where it can't be simulated."""
-    program = None
+    return _check(mission, image, _decompiled(image), open_worlds_here, look)
+
+
+def _decompiled(image: bytes) -> Program | None:
+    """The program of an image; None where it decompiles to none."""
     with suppress(DecompileError):
-        program = decompile(bytes_to_words(image))
-    return _check(mission, image, program, open_worlds_here, look)
+        return decompile(bytes_to_words(image))
+    return None
 
 
 def check_program(
@@ -192,6 +196,18 @@ def stars_of(results: Sequence[GoalResult]) -> frozenset[int]:
     if 1 not in earned:
         return frozenset()
     return frozenset(earned)
+
+
+def own_stars(mission: Mission, image: bytes, trials: Sequence[Trial]) -> list[int]:
+    """The stars that a program earns on the mission's own seeds, but for those whose goals other seeds decide."""
+    result = steps_result(mission, _decompiled(image))
+    if result is not None and not result.met:
+        return []
+    lost = {goal.star for goal in mission.goals if GOALS[goal.kind].tries_other_seeds}
+    for trial in trials:
+        lost |= {goal.star for goal, met in zip(mission.goals, trial.met, strict=True) if not met}
+    stars = sorted({goal.star for goal in mission.goals} - lost)
+    return stars if 1 in stars else []
 
 
 def steps_result(mission: Mission, program: Program | None) -> GoalResult | None:

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, ClassVar
 
-from motorcade.car.brain import STILL
 from motorcade.config.check import number as a_number
 from motorcade.config.check import whole
+from motorcade.engine import judging
 from motorcade.engine.moment import Event, Moment
 from motorcade.engine.slots import Slots
 from motorcade.errors import Phrase
@@ -20,11 +20,13 @@ from motorcade.mats.model import Mat
 from motorcade.missions.goal import (
     CARS,
     WHO,
+    AskedGoal,
     Attempt,
     Declared,
     GoalFault,
     GoalKind,
     GoalState,
+    Question,
     car_phrase,
     done_phrase,
     lost_phrase,
@@ -36,8 +38,6 @@ from motorcade.missions.model import Goal, Mission
 
 # Two bodies that stand nearer than this touch, for the sentence about a touch.
 _TOUCH_M = 0.01
-# A car has stopped by this time after a voice said so.
-_VOICE_MS = 300
 _COUNT = whole(0, 255, title="how many at most")
 
 
@@ -49,7 +49,6 @@ def _slots_of(attempt: Attempt) -> Slots:
 class SlotGoal(GoalKind):
     """A goal that is decided slot by slot: when the slot after it is over, or the run. Leaders don't count."""
 
-    sees_all = False
     has_events = True
 
     def prepare(self) -> None:
@@ -151,7 +150,6 @@ class NoTouch(GoalKind):
     """No car touches another, a wall or an obstacle. The engine counts every touch, also between moments."""
 
     name = "no-touch"
-    sees_all = False
 
     def prepare(self) -> None:
         self._mat = self.mission.mat
@@ -259,23 +257,21 @@ class Heard(SlotGoal):
         return sum(self._heard.values()) / max(self.needed, 1)
 
 
-class StoppedByVoice(GoalKind):
+class StoppedByVoice(AskedGoal):
     """Cars that drive when the mat's voice says 'stop' stand still from then until it says 'go'."""
 
     name = "stopped-by-voice"
     fields: ClassVar = CARS
-    reads_positions_alone = False
 
-    def prepare(self) -> None:
-        voices = sorted(self.mission.mat.voices, key=lambda voice: voice.at_s)
-        self._voices = [(round(voice.at_s * 1000), voice) for voice in voices]
-        self._next = 0
-        self._before: Moment | None = None
-        # Of each car that has to stand still: since when.
-        self._told: dict[int, int] = {}
-        # Of each car that failed: how, and when.
-        self._failed: dict[int, tuple[str, int]] = {}
-        self._stops = 0
+    @classmethod
+    def question(cls, goal: Goal, mission: Mission) -> Question:
+        voices: list[tuple[float, float]] = []
+        for voice in sorted(mission.mat.voices, key=lambda voice: voice.at_s):
+            radius_m = voice.radius_m
+            if radius_m is None:
+                radius_m = -1.0
+            voices += [(round(voice.at_s * 1000), voice.x_m), (voice.y_m, radius_m), (float(voice.word == "go"), 0.0)]
+        return Question(judging.OBEYS, corners=tuple(voices))
 
     @classmethod
     def fault(cls, goal: Goal, others: Declared, mat: Mat) -> GoalFault | None:
@@ -284,57 +280,38 @@ class StoppedByVoice(GoalKind):
             return None
         return GoalFault("mission-without-voice")
 
-    def see(self, moment: Moment, begun: Sequence[Event]) -> None:
-        super().see(moment, begun)
-        before = self._before or moment
-        while self._next < len(self._voices) and self._voices[self._next][0] < moment.t_ms:
-            at_ms, voice = self._voices[self._next]
-            self._next += 1
-            for car in self.cars:
-                apart = math.hypot(before.x_m[car] - voice.x_m, before.y_m[car] - voice.y_m)
-                if voice.radius_m is not None and apart > voice.radius_m:
-                    continue
-                if voice.word == "go":
-                    self._told.pop(car, None)
-                elif before.wheels[car] == STILL and car not in self._told:
-                    self._failed.setdefault(car, ("stood", before.t_ms))
-                else:
-                    self._told.setdefault(car, at_ms)
-            self._stops += voice.word == "stop"
-        for car, at_ms in self._told.items():
-            if moment.t_ms >= at_ms + _VOICE_MS and moment.wheels[car] != STILL:
-                self._failed.setdefault(car, ("drove", moment.t_ms))
-        if self.lost_ms is None and len(self.cars) - len(self._failed) < self.needed:
-            self.lost_ms = moment.t_ms
-        self._before = moment
+    @property
+    def _is_told(self) -> bool:
+        """Whether a voice has said 'stop' before the last moment."""
+        stops = (round(voice.at_s * 1000) for voice in self.mission.mat.voices if voice.word == "stop")
+        return bool(self.run.times_ms) and min(stops) < self.run.times_ms[-1]
 
     def nearness(self) -> float:
-        if not self._stops:
+        if not self._is_told:
             return 0.0
-        return (len(self.cars) - len(self._failed)) / self.needed
+        return self.off.count(0.0) / self.needed
 
     def state(self, is_over: bool) -> GoalState:
-        count = len(self.cars)
-        done = 0
-        if self._stops:
-            done = count - len(self._failed)
-        if self.lost_ms is not None:
-            car = min(self._failed)
-            how, failed_ms = self._failed[car]
-            why = lost_phrase(f"goal-voice-{how}", car, done, count)
-            return GoalState("lost", failed_ms, why, (car,))
-        if not self._stops:
+        off = self.off
+        count = len(off)
+        if not self._is_told:
             why = Phrase("goal-voice-open")
             if is_over:
-                return GoalState("lost", self.now_ms, why)
+                return GoalState("lost", self.run.times_ms[-1], why)
             return GoalState("open", None, why)
+        done = off.count(0.0)
+        if done < self.needed:
+            # Of the cars that failed the one with the lowest number.
+            car, place = min((car, place) for place, car in enumerate(self.cars) if off[place])
+            how = "stood" if off[place] == judging.STOOD else "drove"
+            why = lost_phrase(f"goal-voice-{how}", car, done, count)
+            return GoalState("lost", self.off_ms(place), why, (car,))
         return self.kept(is_over, done_phrase(done, count))
 
 
 class ProgramGoal(GoalKind):
     """A goal that the program alone decides: something of it is at most so large."""
 
-    sees_all = False
     decided_by = "program"
 
     @abstractmethod

@@ -5,10 +5,10 @@ What belongs to the class says which keys such a goal has in a file, what it ask
 object of the class follows one goal during one run: it takes the moments, and says how it stands and how near the run
 came.
 
-What can be asked of one car at a moment (is it in a zone, which lamp does it show) a class leaves to
-`motorcade.engine.judging`: its ``question`` is asked in each moment of each run, and the object reads the answers. All
-else it finds in the moments itself. An object is a pure function of what it was given, so a page that plays a run and
-the command line come to the same result.
+What can be asked of cars at a moment (is one in a zone, which lamp does it show, how far apart are they) a class leaves
+to `motorcade.engine.judging`: its ``question`` is asked in each moment of each run, and the object reads the answers.
+All else it finds in the last moment, and in the words that cars began. An object is a pure function of what it was
+given, so a page that plays a run and the command line come to the same result.
 """
 
 import math
@@ -112,13 +112,15 @@ class GoalFault(NamedTuple):
 
 
 class Question(NamedTuple):
-    """What is asked of each of a goal's cars at each moment; see `motorcade.engine.judging`.
+    """What is asked of a goal's cars at each moment; see `motorcade.engine.judging`.
 
     Attributes:
-        what: INSIDE to TRAVELLED.
+        what: INSIDE to STOPPED.
         when: END, SOME_MOMENT or ALWAYS.
         figures: an angle and its tolerance in degrees, or the least and the most length in metres.
         window_ms: moments before and after don't count.
+        corners: of no zone: what is asked instead.
+        cars: which, where the goal names none.
     """
 
     what: int
@@ -127,11 +129,14 @@ class Question(NamedTuple):
     zone: Zone | None = None
     led: int = 0
     window_ms: tuple[int, int] = (0, 2 * LONGEST_S * 1000)
+    corners: Corners = ()
+    cars: Sequence[int] = ()
 
     @property
     def first_off(self) -> float:
-        """How far a car is from meeting it before the first moment; how far it drove."""
-        if self.when == judging.ALWAYS or self.what == judging.TRAVELLED:
+        """How far a car is from meeting it before the first moment; how far it drove, or what it scored."""
+        sums_up = self.what in (judging.TRAVELLED, judging.OBEYS, judging.GATHERED, judging.STOPPED)
+        if self.when == judging.ALWAYS or sums_up:
             return 0.0
         return math.inf
 
@@ -166,8 +171,8 @@ class Attempt(MadeOnce):
         self.image = parse_image_bytes(image)
         self.kinds = kinds
         self.asked: dict[int, Question] = {}
-        # Of each goal that is asked: its row, and its first place among the answers.
-        self.rows: dict[int, tuple[int, int]] = {}
+        # Of each goal that is asked: its row, its first place among the answers, and how many it has.
+        self.rows: dict[int, tuple[int, int, int]] = {}
         # Where the kernel has arrays there are lists here.
         rows: Any = []
         figures: Any = []
@@ -183,19 +188,20 @@ class Attempt(MadeOnce):
         lists: Any = self.questions
         rows, figures, corners, who = lists
         self.asked[number] = question
-        self.rows[number] = len(rows), len(who)
-        sides: Corners = ()
+        sides = question.corners
         disc: Disc = (0.0, 0.0, 0.0)
         if question.zone is not None:
             sides = question.zone.corners
             disc = question.zone.disc
-        needed = needed_of(goal.values["share"], len(goal.cars))
-        cars_of_it = needed, len(who), len(goal.cars)
+        cars = question.cars or goal.cars
+        self.rows[number] = len(rows), len(who), len(cars)
+        needed = needed_of(goal.values.get("share", 1.0), len(cars))
+        cars_of_it = needed, len(who), len(cars)
         area = len(corners), len(sides)
         rows.append([question.what, question.when, *question.window_ms, *cars_of_it, *area, question.led])
         figures.append([*question.figures, *disc])
         corners.extend(chain.from_iterable(sides))
-        who.extend(goal.cars)
+        who.extend(cars)
 
     @cached_property
     def round_ms(self) -> int:
@@ -204,12 +210,14 @@ class Attempt(MadeOnce):
 
     def no_answers(self) -> judging.Answers:
         """Return the answers of one run before its first moment, as lists."""
-        goals = self.mission.goals
-        off: Any = [question.first_off for number, question in self.asked.items() for _ in goals[number].cars]
+        off: Any = []
+        for number, question in self.asked.items():
+            off += [question.first_off] * self.rows[number][2]
         since: Any = [0 if question.when == judging.ALWAYS else -1 for question in self.asked.values()]
         places = len(off)
-        before = [0.0] * 2 * places
-        rows: list[Any] = [[off + [0.0] * places], [before], [since], [], []]
+        nothing = [0.0] * 2 * places
+        cars = len(self.mission.mat.starts)
+        rows: list[Any] = [[off + nothing], [[0.0] * 3 * places], [since], [[0] * cars], [[0.0] * 4 * cars]]
         return judging.Answers(*rows)
 
 
@@ -244,8 +252,6 @@ class GoalKind(ABC):
         one_of: keys of which at least one must be there; empty for none.
         decided_by: the run; the program alone; or "others", another goal or other runs.
         is_reached: whether it can be met at a moment from which on it stays met.
-        sees_all: whether met and grade need each moment; else the last one of the run is enough.
-        reads_positions_alone: of moments; not wheels, headings or LEDs.
         has_events: whether it needs the beginnings of words.
         tries_other_seeds: whether `motorcade.missions.check` decides it, by runs on other seeds.
     """
@@ -256,8 +262,6 @@ class GoalKind(ABC):
     one_of: ClassVar[tuple[str, ...]] = ()
     decided_by: ClassVar[Literal["run", "program", "others"]] = "run"
     is_reached: ClassVar[bool] = False
-    sees_all: ClassVar[bool] = True
-    reads_positions_alone: ClassVar[bool] = True
     has_events: ClassVar[bool] = False
     tries_other_seeds: ClassVar[bool] = False
 
@@ -285,7 +289,7 @@ class GoalKind(ABC):
 
     @classmethod
     def question(cls, goal: Goal, mission: Mission) -> Question | None:
-        """What is asked of its cars at each moment; None where the class looks at moments itself."""
+        """What is asked of its cars at each moment; None where the run's last moment and words decide."""
         return None
 
     @classmethod
@@ -331,7 +335,10 @@ class GoalKind(ABC):
         return len(goal.cars) * max(len(mission.zone(goal.values["zone"]).corners), 1)
 
     def see(self, moment: Moment, begun: Sequence[Event]) -> None:
-        """Take the next moment, and the events since the one before it in which cars begin words."""
+        """Take the next moment, and the events since the one before it in which cars begin words.
+
+        Where many runs are judged at once it is the last one, the only one. To see more may shape sentences alone.
+        """
         self.now_ms = moment.t_ms
 
     @abstractmethod
@@ -377,20 +384,18 @@ class GoalKind(ABC):
 class AskedGoal(GoalKind):
     """A goal whose question `motorcade.engine.judging` asks; an object reads the answers of its run."""
 
-    sees_all = False
-
     def prepare(self) -> None:
         self.asked = self.run.attempt.asked[self.number]
-        self._row, self._first = self.run.attempt.rows[self.number]
+        self._row, self.first, self._count = self.run.attempt.rows[self.number]
 
     @property
     def off(self) -> list[float]:
-        """How far each car is from meeting the goal; how far it drove."""
-        return self.run.answers.off[0][self._first : self._first + len(self.cars)]  # type: ignore[no-any-return]
+        """How far each car is from meeting the goal; how far it drove, or what it scored."""
+        return self.run.answers.off[0][self.first : self.first + self._count]  # type: ignore[no-any-return]
 
     def off_ms(self, place: int) -> int:
         """Since when the ``off`` of a car counts."""
-        return int(self.run.answers.off[0][len(self.run.attempt.questions.who) + self._first + place])
+        return int(self.run.answers.off[0][len(self.run.attempt.questions.who) + self.first + place])
 
     @property
     def met_since_ms(self) -> int | None:

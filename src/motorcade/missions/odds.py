@@ -10,9 +10,8 @@ from typing import NamedTuple
 from motorcade.config.profile import Profile
 from motorcade.engine.simulation import Simulation
 from motorcade.mats.model import Mat
-from motorcade.missions.goal import EVERY_MS
 from motorcade.missions.model import Mission
-from motorcade.missions.watch import ManyRuns, RunWatch, attempt_of, run_to_next
+from motorcade.missions.watch import ManyRuns, RunWatch, attempt_of
 
 OpenWorlds = Callable[[Mat, Sequence[bytes], Profile, Sequence[int], bool], Simulation]
 """Opens worlds side by side: mat, images, profile, a seed for each, and whether they keep events.
@@ -23,11 +22,8 @@ Raises MotorcadeError.
 # Runs that go on side by side, and the cars that they may have together.
 _RUNS = 20
 _MOST_CARS = 4_000
-# About so many simulated car-seconds are done in one call, which takes some ten milliseconds; and so many moments at
-# most, or where Python looks at each of them.
+# About so many simulated car-seconds are done in one call, which takes some ten milliseconds.
 _WORK = 1_500
-_MOST_MOMENTS = 40
-_MOST_SLOW_MOMENTS = 10
 
 
 class Trial(NamedTuple):
@@ -70,11 +66,7 @@ class Odds:
         with_events = any(kind.has_events for kind in attempt.kinds)
         self._world = open_worlds(mission.mat, [image], mission.profile, self._next_seeds(runs), with_events)
         self._runs = ManyRuns(self._world, [attempt] * runs)
-        is_slow = any(kind.sees_all for kind in attempt.kinds)
-        most = _MOST_MOMENTS
-        if is_slow:
-            most = _MOST_SLOW_MOMENTS
-        self._moments_a_call = min(max(1, round(_WORK * 1000 / (EVERY_MS * cars * runs))), most)
+        self._call_ms = max(_WORK * 1000 // (cars * runs), self._world.tick_ms)
 
     @property
     def is_over(self) -> bool:
@@ -83,13 +75,14 @@ class Odds:
 
     def advance(self) -> list[Trial]:
         """Go on for some milliseconds of computing; return the runs that have ended."""
-        end_ms = self._mission.duration_ms
-        for _ in range(self._moments_a_call):
-            self._runs.see()
-            if self._world.now_ms >= end_ms:
-                return self._end()
-            run_to_next(self._world, end_ms)
-        return []
+        world = self._world
+        left_ms = self._mission.duration_ms - world.now_ms
+        # The last tick ends at the end of the mission or after it.
+        ticks = -(-min(self._call_ms, left_ms) // world.tick_ms)
+        world.run(ticks * world.tick_ms)
+        if world.now_ms < self._mission.duration_ms:
+            return []
+        return self._end()
 
     def _next_seeds(self, runs: int) -> list[int]:
         """The seeds of the next runs; the worlds that are left over run a seed that nobody asked for."""

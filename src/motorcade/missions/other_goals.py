@@ -23,7 +23,6 @@ class AllBy(GoalKind):
         "seconds": seconds("until when"),
     }
     decided_by = "others"
-    sees_all = False
 
     def prepare(self) -> None:
         self._number = self.values["goal"]
@@ -96,7 +95,6 @@ class Works(GoalKind):
         "seeds": whole(10, _MOST_TRIED, title="on how many other seeds the program runs", default=_TRIED),
     }
     decided_by = "others"
-    sees_all = False
     tries_other_seeds = True
 
     @classmethod

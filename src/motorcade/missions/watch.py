@@ -1,21 +1,22 @@
 """Watch the goals of a mission while runs go on, one moment after another; and say what each goal asks for.
 
 `MissionWatch` follows one run by the moments that it is shown. `ManyRuns` follows runs side by side in their worlds:
-the kernel of `motorcade.engine.judging` asks what can be asked of a car, for all runs in one call, and Python looks
-only at what is left. When the runs end, each has a watch with the kernel's answers, so goals and grades are the same.
+while they run, the kernel asks the questions of `motorcade.engine.judging` at each moment. When the runs end, each has
+a watch with the kernel's answers, which sees the last moment and all words; so goals and grades are the same.
 """
 
-from collections.abc import Callable, Sequence
-from typing import Any, Literal
+from array import array
+from collections.abc import Sequence
+from typing import Any
 
 from motorcade.engine import judging
 from motorcade.engine.backend import BackendArray
 from motorcade.engine.events import COLUMNS, KIND, START
 from motorcade.engine.moment import Event, Moment
 from motorcade.engine.simulation import Simulation
-from motorcade.engine.state import Buffer
+from motorcade.engine.state import CODES, Buffer
 from motorcade.errors import InputError, Phrase
-from motorcade.missions.goal import EVERY_MS, Attempt, GoalKind, GoalRun, GoalState, lamp_name
+from motorcade.missions.goal import EVERY_MS, Attempt, GoalRun, GoalState, lamp_name
 from motorcade.missions.model import Goal, Mission, Wording
 from motorcade.missions.schema import GOALS
 
@@ -71,12 +72,10 @@ class RunWatch:
         times_ms = self.run.times_ms
         return bool(times_ms) and times_ms[-1] >= self.run.attempt.mission.duration_ms
 
-    def show(self, moment: Moment, begun: Sequence[Event], needs: Callable[[GoalKind], bool]) -> None:
-        """Show a moment, and the words begun since the one before it, to the goals that need it."""
-        plain = with_lists(moment)
+    def show(self, moment: Moment, begun: Sequence[Event]) -> None:
+        """Show the goals a moment, and the words begun since the one before it."""
         for goal in self._in_order:
-            if needs(goal):
-                goal.see(plain, begun)
+            goal.see(moment, begun)
 
     def states(self) -> list[GoalState]:
         """How it stands with each goal, in the order of the file."""
@@ -118,30 +117,28 @@ class MissionWatch(RunWatch):
         answers = self.run.answers
         questions = self.run.attempt.questions
         if questions.rows:
-            answers.led[:] = plain.led
-            answers.shown[:] = [*plain.x_m, *plain.y_m, *plain.heading]
+            answers.led[0][:] = plain.led
+            answers.shown[0][:] = [*plain.x_m, *plain.y_m, *plain.heading, *plain.wheels]
             judging.judge_run(0, moment.t_ms, questions, answers)
-        self.show(plain, begun, lambda goal: True)
+        self.show(plain, begun)
 
 
 class ManyRuns:
-    """Follows runs side by side, each in a world of its own.
+    """Follows runs side by side, each in a world of its own, while the worlds run.
 
-    What Python doesn't need to see at each moment, it sees at the end; so sentences may name another moment than those
-    of a `MissionWatch`, but who met what, and the grades, are the same.
+    A watch sees the last moment alone; so sentences may name another moment than those of a `MissionWatch`, but who met
+    what, and the grades, are the same.
 
     Args:
-        world: the worlds.
+        world: the worlds, at the beginning of their run.
         attempts: of each world; all of the same mission.
-        moments: returns what the worlds show now; their snapshots unless given.
+        every_ms: how often the runs are judged.
     """
 
-    def __init__(
-        self, world: Simulation, attempts: Sequence[Attempt], moments: Callable[[], list[Moment]] | None = None
-    ) -> None:
+    def __init__(self, world: Simulation, attempts: Sequence[Attempt], every_ms: int = EVERY_MS) -> None:
         self._world = world
         self._attempts = attempts
-        self._moments = moments or self._snapshots
+        self._every_ms = every_ms
         memory = world.backend
         rows, figures, corners, who = attempts[0].questions
         self._questions = judging.Questions(
@@ -159,52 +156,47 @@ class ManyRuns:
         memory = self._world.backend
         first = self._attempts[0].no_answers()
         runs = len(self._attempts)
-        cars = self._world.cars
         self._answers = judging.Answers(
             off=memory.allocate("Answers.off", _table("float64", first.off * runs)),
             before=memory.allocate("Answers.before", _table("float32", first.before * runs)),
             since=memory.allocate("Answers.since", _table("int64", first.since * runs)),
-            led=memory.zeros("Answers.led", (cars,), "int64"),
-            shown=memory.zeros("Answers.shown", (3 * cars,), "float32"),
+            led=memory.allocate("Answers.led", _table("int64", first.led * runs)),
+            shown=memory.allocate("Answers.shown", _table("float32", first.shown * runs)),
         )
-
-    @property
-    def sees_all(self) -> bool:
-        """Whether it needs each moment; else the last one is enough."""
-        attempt = self._attempts[0]
-        return bool(attempt.asked) or any(kind.sees_all for kind in attempt.kinds)
-
-    def see(self) -> None:
-        """Judge the moment that the runs have come to."""
-        self._times_ms.append(self._world.now_ms)
-        self._world.judge(self._questions, self._answers)
-        if any(kind.sees_all for kind in self._attempts[0].kinds):
-            for watch, moment in zip(self._watches, self._moments(), strict=True):
-                watch.show(moment, (), lambda goal: goal.sees_all)
+        self._world.ask(judging.Asked(self._every_ms, self._questions, self._answers))
 
     def end(self) -> list[RunWatch]:
-        """Return the watches of the runs, which `see` has shown their last moment."""
-        off = self._rows_of(self._answers.off, "d")
-        since = self._rows_of(self._answers.since, "q")
-        kinds = self._attempts[0].kinds
-        sees_last = any(not kind.sees_all and kind.decided_by == "run" for kind in kinds)
-        has_events = any(kind.has_events for kind in kinds)
-        moments = self._moments() if sees_last else []
+        """Return the watches of the runs, which end now."""
+        world = self._world
+        world.judge()
+        tick = 0
+        while tick < world.tick:
+            self._times_ms.append(tick * world.tick_ms)
+            tick = judging.next_moment(tick, self._every_ms, world.tick_ms)
+        self._times_ms.append(world.now_ms)
+        off, before, shown = (self._rows_of(getattr(self._answers, name)) for name in ("off", "before", "shown"))
+        since = self._rows_of(self._answers.since)
+        has_events = any(kind.has_events for kind in self._attempts[0].kinds)
         for number, watch in enumerate(self._watches):
-            watch.run.answers.off[0][:] = off[number]
-            watch.run.answers.since[0][:] = since[number]
-            if sees_last:
-                begun = begun_words(self._world, number) if has_events else ()
-                watch.show(moments[number], begun, lambda goal: not goal.sees_all)
+            answers = watch.run.answers
+            answers.off[0][:] = off[number]
+            answers.before[0][:] = before[number]
+            answers.since[0][:] = since[number]
+            begun = begun_words(world, number) if has_events else ()
+            watch.show(self._last_moment(number, shown[number]), begun)
         return self._watches
 
-    def _snapshots(self) -> list[Moment]:
-        return [self._world.snapshot(number).in_single_precision() for number in range(self._world.worlds)]
+    def _last_moment(self, number: int, shown: list[float]) -> Moment:
+        """What goals need of the last moment of a run."""
+        count = self._world.cars
+        x_m, y_m, heading, wheels = (shown[at * count : (at + 1) * count] for at in range(4))
+        nothing: Any = dict.fromkeys(Moment._fields, ())
+        given = {"t_ms": self._times_ms[-1], "counts": self._world.totals(number)}
+        return Moment(**nothing | given | {"x_m": x_m, "y_m": y_m, "heading": heading, "wheels": wheels})
 
-    def _rows_of(self, array: BackendArray, code: Literal["d", "q"]) -> list[list[float]]:
+    def _rows_of(self, table: BackendArray) -> list[list[float]]:
         """The numbers of an array, for each run."""
-        held = memoryview(self._world.backend.read(array))
-        numbers: Any = held.cast(code).tolist()
+        numbers = array(CODES[str(table.dtype)], self._world.backend.read(table)).tolist()
         size = len(numbers) // len(self._watches)
         return [numbers[at * size : (at + 1) * size] for at in range(len(self._watches))]
 

@@ -9,7 +9,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from motorcade.missions.check import open_worlds_here, watched
+from motorcade.missions.check import open_worlds_here, own_stars, watched
 from motorcade.missions.model import Mission
 from motorcade.missions.odds import Odds, OpenWorlds, Trial, other_seeds, works
 from motorcade.missions.watch import MissionWatch
@@ -30,7 +30,7 @@ _MOMENTS, _MOMENTS_OF_CARS = 10, 2_000
 
 
 class Try(StreamMessage):
-    """Run a mission on other seeds than its own, with this image; what was tried before ends."""
+    """Run a mission on its own seeds, then on others, with this image; what was tried before ends."""
 
     mission: MissionChoice
     image: bytes
@@ -50,12 +50,15 @@ class Luck(StreamAnswer):
         works: in so many of those ``tried`` so far.
         of: how many runs there will be.
         failed: the seeds of the others.
+        stars: those that the program earns on all of the mission's own seeds, without those for which other seeds are
+            tried when the run ends; None as long as that isn't known.
     """
 
     works: int
     tried: int
     of: int
     failed: list[int]
+    stars: list[int] | None = None
 
 
 class Failure(StreamAnswer):
@@ -83,6 +86,10 @@ class _Try:
         size = len(self._mission.mat.starts) * self._mission.duration_ms / 1000
         self._runs = min(message.runs, max(_FEWEST_RUNS, int(_MOST_CAR_SECONDS / size)))
         seeds = other_seeds(self._mission, self._runs)
+        # The mission's own seeds are few: how they end is told at once.
+        self._own = Odds(self._mission, message.image, self._mission.seeds, open_worlds)
+        self._stars: list[int] | None = None
+        self._own_trials: list[Trial] = []
         self._odds = Odds(self._mission, message.image, seeds, open_worlds)
         self._trials: list[Trial] = []
         # The seeds whose failures are to be told, and the one that is looked at.
@@ -102,6 +109,12 @@ class _Try:
                 return []
             self._explaining = None
             return [failure]
+        if not self._own.is_over:
+            self._own_trials += self._own.advance()
+            if self._own.is_over:
+                self._stars = own_stars(self._mission, self._image, self._own_trials)
+                return [self.luck()]
+            return []
         ended = self._odds.advance()
         self._trials += ended
         if ended:
@@ -111,7 +124,7 @@ class _Try:
     def luck(self) -> Luck:
         failed = [trial.seed for trial in self._trials if not works(self._mission, trial)]
         tried = len(self._trials)
-        return Luck(tried - len(failed), tried, self._runs, failed[:_MOST_FAILED])
+        return Luck(tried - len(failed), tried, self._runs, failed[:_MOST_FAILED], self._stars)
 
     def _explain(self, seed: int) -> Iterator[Failure | None]:
         """Run one seed again, watched as in the page; yield None while there is more to do."""

@@ -9,7 +9,7 @@ that ignores reserved fields takes them for an image in which nothing moves. The
 ``OK check=<8 hex><2 hex> holds=<8 hex> sum=<8 hex>``: the checksum and the number of the request, the CRC-32 of the
 image that the car holds, and the CRC-32 of the line up to there.
 
-A **request** is 48 bytes (docs/uploads.md): a header with 253 in its reserved field, and 44 bytes of text: who are you,
+A **request** is 48 bytes (docs/cars.md): a header with 253 in its reserved field, and 44 bytes of text: who are you,
 blink, take a name, stop, go. No byte is below 32, so a request that lost bytes, or came with some twice, never holds an
 image's header; and no image and no check request holds the header of a request. A car that knows no such request waits
 for the 481 words that the header announces, or refuses it; it keeps its program. The car answers one line of UTF-8,

@@ -199,6 +199,15 @@ class Drawer extends Blockly.VerticalFlyout {
 /** What a workspace is created with, so that it has such drawers. */
 export const DRAWER_PLUGINS = { flyoutsVerticalToolbox: Drawer };
 
+/** The sign of a drawer has the colour of its blocks. */
+class DrawerName extends Blockly.ToolboxCategory {
+  protected override createIconDom_(): Element {
+    const icon = super.createIconDom_() as HTMLElement;
+    icon.style.background = this.colour_;
+    return icon;
+  }
+}
+
 /** A drawer hears of no blocks that come: they are fitted when they are made. */
 class FittedInflater extends Blockly.BlockFlyoutInflater {
   override load(state: object, flyout: Blockly.IFlyout): Blockly.FlyoutItem {
@@ -212,5 +221,6 @@ class FittedInflater extends Blockly.BlockFlyoutInflater {
   }
 }
 
+Blockly.registry.register(Blockly.registry.Type.TOOLBOX_ITEM, Blockly.ToolboxCategory.registrationName, DrawerName, true);
 Blockly.registry.register(Blockly.registry.Type.FLYOUT_INFLATER, KIND, PictureInflater, true);
 Blockly.registry.register(Blockly.registry.Type.FLYOUT_INFLATER, "block", FittedInflater, true);

@@ -72,7 +72,8 @@ export function themeOf(name: ThemeName): Blockly.Theme {
   return Blockly.Theme.defineTheme(`motorcade-${name}`, {
     name: `motorcade-${name}`,
     blockStyles: Object.fromEntries(blockStyles) as Record<string, Blockly.Theme.BlockStyle>,
-    categoryStyles: Object.fromEntries(colours.map(([style, [colour]]) => [`${style}_category`, { colour }])),
+    // The dark ones could hardly be told apart as small as a drawer's sign.
+    categoryStyles: Object.fromEntries(Object.entries(CALM).map(([style, [colour]]) => [`${style}_category`, { colour }])),
     componentStyles: GROUNDS[name],
     fontStyle: { family: '"Noto Sans SC", "Noto Sans CJK SC", system-ui, sans-serif', weight: "500", size: 12 },
   });

@@ -1,11 +1,11 @@
 /** What pupils are given: one of the teacher's projects, or a mission, path by path. */
 
-import { useEffect, useState } from "react";
+import { lazy, Suspense, useEffect, useState } from "react";
 import { post } from "../api/connection";
 import type { ClassView } from "../generated/classroom";
 import type { MissionEntry } from "../generated/messages";
 import { inLanguage, type KeyIn, useTexts } from "../i18n";
-import { Picture } from "../mat/Picture";
+import type { Picture as MatPicture } from "../mat/Picture";
 import { confirm } from "../state/questions";
 import { Action, Problem, Tick } from "../ui/page";
 import { useAttempt } from "./attempt";
@@ -14,20 +14,22 @@ import css from "./class.module.css";
 import { Lessons } from "./Lessons";
 import { useOwnProjects } from "./TeacherWork";
 
-/** The missions that come with Motorcade, path by path and in order. */
-function useMissions(): MissionEntry[] {
-  const [missions, setMissions] = useState<MissionEntry[]>([]);
-  useEffect(() => void post("/api/missions", {}).then((found) => setMissions(found as MissionEntry[]), () => undefined), []);
-  return missions;
-}
+/** What draws is as large as the rest of the page: a mission shows its name before its picture, or without one. */
+const Picture = lazy(async () => {
+  const { Picture } = await import("../mat/Picture").catch((): { Picture: typeof MatPicture } => ({ Picture: () => <span /> }));
+  return { default: Picture };
+});
 
 export function HandOutPart({ view }: { view: ClassView }) {
   const t = useTexts("class");
-  const missions = useMissions();
+  const app = useTexts("app");
   const projects = useOwnProjects();
   const { problem, attempt } = useAttempt();
+  const [missions, setMissions] = useState<MissionEntry[]>([]);
   const [to, setTo] = useState<readonly string[]>([]);
   const [done, setDone] = useState("");
+  // Path by path and in order.
+  useEffect(() => void attempt(async () => setMissions((await post("/api/missions", {})) as MissionEntry[])), []);
   const send = async (message: { name: string } | { mission: { id: string } }, what: string) => {
     const isForAll = to.length === 0;
     const text = t("mission" in message ? "handOutMissionAsk" : "handOutProjectAsk", { what, count: view.pupils.length });
@@ -66,6 +68,7 @@ export function HandOutPart({ view }: { view: ClassView }) {
           ))}
         </ul>
         <Lessons missions={missions} onHandOut={(id, name) => void send({ mission: { id } }, name)} />
+        {missions.length === 0 && problem === "" && <p className="quiet">{app("loading")}</p>}
         <Paths missions={missions} onGive={({ id, name }) => void send({ mission: { id } }, inLanguage(name))} />
         <div className={css.handedOut}>
           <p role="status">{done}</p>
@@ -97,7 +100,9 @@ function Given({ mission: { id, name, order, mat, zones, stars, minutes }, onGiv
   return (
     <li className={css.mission}>
       <button type="button" className={css.give} data-mission={id} onClick={onGive}>
-        <Picture mat={mat} zones={zones} />
+        <Suspense fallback={<span />}>
+          <Picture mat={mat} zones={zones} />
+        </Suspense>
         <b>
           {order}. {inLanguage(name)}
         </b>

@@ -5,8 +5,8 @@ import { type Answer, decodePicture } from "../api/world";
 import type { TeacherAbout, ClassWall, WallWorld } from "../generated/classroom";
 import type { Goals, Sentence } from "../generated/messages";
 import { inLanguage, type KeyIn, useTexts } from "../i18n";
-import { Action, Page } from "../ui/page";
-import { titleOr } from "./attempt";
+import { Action, Page, Problem } from "../ui/page";
+import { titleOr, useAttempt } from "./attempt";
 import { askTeacher, ClassStream } from "./ask";
 import { Avatar } from "./Avatar";
 import { Tiles } from "./drawing";
@@ -157,6 +157,7 @@ export const SharedMat = () => (
 function MatPage() {
   const t = useTexts("class");
   const { view } = useClass();
+  const { problem, attempt } = useAttempt();
   const entries = view?.mat.entries.map((id) => view.pupils.find((pupil) => pupil.id === id)) ?? [];
   const title = view && view.mat.state !== "closed" ? inLanguage(view.mat.title) : t("matTitle");
   return (
@@ -178,9 +179,10 @@ function MatPage() {
                 ),
             )}
           </ul>
-          <Action primary disabled={entries.length === 0} onClick={() => void askTeacher("mat/start").catch(() => undefined)}>
+          <Action primary disabled={entries.length === 0} onClick={() => void attempt(() => askTeacher("mat/start"))}>
             {t("matStart")}
           </Action>
+          <Problem text={problem} />
         </>
       )}
       {(view?.mat.state === "running" || view?.mat.state === "over") && (

@@ -15,8 +15,14 @@ export interface ClassAbout { me: Self | null; is_open: boolean; avatars: string
 /** The pupil whose page asks; ``number`` is the personal one, of four digits, for coming back. */
 export interface Self { id: string; name: string; avatar: string; number: string }
 
-/** The draft; ``project`` is None where there is none, ``saved_at`` is ISO 8601 in UTC; ``place`` as in `Draft`. */
-export interface StoredDraft { name: string; project: Project | null; saved_at: string; place: string }
+/** The draft; ``project`` is None where there is none, ``saved_at`` is ISO 8601 in UTC; the others as in `Draft`. */
+export interface StoredDraft {
+  name: string;
+  project: Project | null;
+  saved_at: string;
+  place: string;
+  mission: MissionChoice | null;
+}
 
 /** What a window holds, and its version: 0 while nothing was stored. */
 export interface PairProject { project: Project; version: number; mission?: MissionChoice | null }
@@ -170,7 +176,7 @@ export interface PupilRequests {
   "return": { message: { code: string; name: string; number: string }; answer: Self };
   "leave": { message: Nothing; answer: Nothing };
   "draft/read": { message: Nothing; answer: StoredDraft };
-  "draft/write": { message: { name: string; project: Project; place?: string }; answer: Nothing };
+  "draft/write": { message: { name: string; project: Project; place?: string; mission?: MissionChoice | null }; answer: Nothing };
   "give": { message: { to: string; name: string }; answer: string };
   "mission": { message: { number: number }; answer: Mission };
   "mat": { message: { image: string | null }; answer: Nothing };

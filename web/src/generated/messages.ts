@@ -532,7 +532,7 @@ export interface CarRow {
   error: Sentence | null;
 }
 
-/** Run a mission on other seeds than its own, with this image; what was tried before ends. */
+/** Run a mission on its own seeds, then on others, with this image; what was tried before ends. */
 export interface Try { do: "try"; mission: MissionChoice; image: string; runs?: number }
 
 /** Say what went wrong in a run that was tried. */
@@ -545,7 +545,14 @@ export interface Compare { do: "compare"; one: SetWorld; other: SetWorld; until_
 export interface Show { do: "show"; t_ms: number }
 
 /** In how many runs the goals of the first star were met. */
-export interface Luck { is: "luck"; works: number; tried: number; of: number; failed: number[] }
+export interface Luck {
+  is: "luck";
+  works: number;
+  tried: number;
+  of: number;
+  failed: number[];
+  stars: number[] | null;
+}
 
 /** What went wrong in a run: at ``t_ms`` one can see it, and ``cars`` are the cars that ``why`` is about. */
 export interface Failure { is: "failure"; seed: number; t_ms: number; why: Sentence; cars: number[] }

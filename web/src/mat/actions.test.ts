@@ -1,45 +1,8 @@
-import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import type { WorldHello } from "../api/world";
+import { expect, it } from "vitest";
 import { useStudio } from "../state/studio";
-import { duplicateChosen, playWhenReady, removeChosen, tapCar } from "./actions";
+import { duplicateChosen, removeChosen, tapCar } from "./actions";
 import type { Mat } from "./document";
 import { choose, useMat } from "./store";
-
-const cars = (count: number) => useMat.setState({ hello: { cars: count } as WorldHello });
-
-describe("playing when the world is ready", () => {
-  const pressed = vi.fn();
-  beforeEach(() => {
-    vi.useFakeTimers();
-    useMat.setState({ hello: null });
-    document.body.innerHTML = '<button id="mat-play"></button>';
-    document.getElementById("mat-play")!.addEventListener("click", pressed);
-  });
-  afterEach(() => {
-    vi.useRealTimers();
-    pressed.mockReset();
-  });
-
-  it("presses Play once, when there are cars", () => {
-    playWhenReady();
-    cars(0);
-    vi.runAllTimers();
-    expect(pressed).not.toHaveBeenCalled();
-    cars(13);
-    vi.runAllTimers();
-    cars(14);
-    vi.runAllTimers();
-    expect(pressed).toHaveBeenCalledTimes(1);
-  });
-
-  it("leaves another project that was opened meanwhile alone", () => {
-    playWhenReady();
-    useStudio.setState(({ generation }) => ({ generation: generation + 1 }));
-    cars(13);
-    vi.runAllTimers();
-    expect(pressed).not.toHaveBeenCalled();
-  });
-});
 
 it("a chosen car is copied to a free place, and taken away", () => {
   const mat: Mat = { format: "motorcade-mat/1", name: "Table", car: [{ at_m: [1, 1], role: "leader" }, { at_m: [2, 1] }] };

@@ -208,21 +208,3 @@ export function tapCar(car: number): void {
 
 /** Let the car that was asked show the bits of its word, or tell it again. */
 export const toggleBits = () => useMat.setState(({ asked }) => ({ asked: asked === "story" ? "bits" : "story" }));
-
-/** Let the cars drive: at once, or as soon as there are any, unless another project is opened before. */
-export function playWhenReady(): void {
-  const { generation } = useStudio.getState();
-  const press = () => {
-    if (!useMat.getState().state?.playing) document.getElementById("mat-play")?.click();
-  };
-  if (useMat.getState().hello?.cars) {
-    press();
-    return;
-  }
-  const stop = useMat.subscribe(({ hello }) => {
-    if (!hello?.cars) return;
-    stop();
-    // The button is enabled once it is drawn anew.
-    setTimeout(() => useStudio.getState().generation === generation && press());
-  });
-}

@@ -2,6 +2,8 @@
 
 /** Whoever draws twenty pictures a second and more needs no rest. */
 const RESTLESS_MS = 50;
+/** What took longer was no drawing: the computer slept, or the tab was hidden. */
+const LONGEST_MS = 1000;
 
 /** Drawings with the screen's pictures. Where one takes long until it is painted, the page rests as long before the next. */
 export class Drawings {
@@ -35,7 +37,7 @@ export class Drawings {
     this.waiting = false;
     const begunAt = (this.begunAt = this.now());
     // A timer is due only when the picture is painted, which may take far longer than to say what is in it.
-    setTimeout(() => (this.tookMs = this.now() - begunAt));
+    setTimeout(() => (this.tookMs = Math.min(this.now() - begunAt, LONGEST_MS)));
     this.draw();
   }
 }

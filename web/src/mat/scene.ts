@@ -80,6 +80,7 @@ export class Scene {
   ) {
     this.context = this.canvas.getContext("2d", { alpha: false })!;
     this.canvas.setAttribute("aria-hidden", "true");
+    this.canvas.className = "cover";
     this.canvas.style.touchAction = "none";
     host.prepend(this.canvas);
     this.view = { ...viewOf(null), tracks: this.tracks };
@@ -214,6 +215,8 @@ export class Scene {
     this.canvas.style.width = `${clientWidth}px`;
     this.canvas.style.height = `${clientHeight}px`;
     sharpContext(this.canvas, clientWidth, clientHeight);
+    // The canvas was cleared, and is shown before the next drawing.
+    if (!this.covered) this.paint();
     this.wanted = null;
     this.draw();
   }

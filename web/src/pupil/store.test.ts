@@ -41,6 +41,11 @@ describe("a pupil's newest work", () => {
     expect(await found(here, 0.5)).toBe("mine");
   });
 
+  it("is the draft with its mission, as at another tablet", async () => {
+    draft = { name: "draft", project, saved_at: new Date(2000).toISOString(), place: here, mission: { id: "the-square" } };
+    expect((await findPupilsWork())?.mission).toEqual({ id: "the-square" });
+  });
+
   it("is not the draft of another tab of this browser", async () => {
     store("motorcade.class.01.other", "theirs", 500);
     expect(await found("motorcade.class.01.other", 2)).toBe("mine");

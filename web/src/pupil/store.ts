@@ -44,7 +44,7 @@ export async function findPupilsWork(): Promise<StoredWork | null> {
     if (localStorage.getItem(draft.place) !== null) return stored;
     autosave.takeNew();
   }
-  return { ...draft.project, name: draft.name, parkedFollowers: null, unsaved: true, at: Date.parse(draft.saved_at) };
+  return { ...draft.project, name: draft.name, mission: draft.mission, parkedFollowers: null, unsaved: true, at: Date.parse(draft.saved_at) };
 }
 
 /** Run a task; show a refusal of the class's server as a notice, also where it doesn't answer. */
@@ -58,7 +58,9 @@ export const draft: Place = {
   async write() {
     // Who is no longer in the class would be led away from the page that says why.
     if (usePupil.getState().goodbye) return;
-    await askClass("draft/write", { name: useStudio.getState().name, project: openProject(), place: own.place });
+    const project = openProject();
+    const { name, mission } = useStudio.getState();
+    await askClass("draft/write", { name, project, place: own.place, mission });
   },
 };
 

@@ -10,6 +10,8 @@ from typing import Any, TypeVar
 from weakref import WeakValueDictionary
 
 from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.middleware.gzip import GZipMiddleware
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import Response, StreamingResponse
 from starlette.routing import BaseRoute, Route, WebSocketRoute
@@ -31,6 +33,8 @@ from motorcade.service.library import export_answer
 from motorcade.service.trials import Luck, TrialMessage, TrialSession
 
 _EXPORT = "projects/export"
+# A longer answer is sent compressed: the first ones are part of what a page loads.
+_LONG = 4096
 _T = TypeVar("_T")
 # The worlds that pages look at come first, where the system can do that for a thread.
 _POLITENESS = 10
@@ -91,7 +95,8 @@ def _request_route(visitors: Visitors) -> Route:
                 answer = await unless_left(request, job)
         return Response(answer, media_type="application/json")
 
-    return Route("/api/{name:path}", endpoint, methods=["POST"])
+    compressed = Middleware(GZipMiddleware, minimum_size=_LONG, compresslevel=1)
+    return Route("/api/{name:path}", endpoint, methods=["POST"], middleware=[compressed])
 
 
 def _remote_routes(visitors: Visitors, worlds: PageWorlds, real: RemoteCars) -> list[BaseRoute]:
