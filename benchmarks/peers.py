@@ -69,7 +69,7 @@ def kilombo(robots: int, sources: Path, folder: Path) -> Contestant:
     (folder / "kilombo").symlink_to(sources / "src")
     files = [sources / "src" / f"{name}.c" for name in KILOMBO_SOURCES] + [example / f"{KILOMBO_EXAMPLE}.c"]
     options = ["-std=gnu99", "-O2", "-w", "-fcommon", "-DSKILO_HEADLESS", "-DSIMULATOR", f"-I{folder}"]
-    command = ["gcc", *options, f"-I{sources / 'src'}", "-o", "kilombo.exe", *files, "-ljansson", "-lm"]
+    command = ["gcc", *options, f"-I{sources / 'src'}", "-o", "kilombo.exe", *map(str, files), "-ljansson", "-lm"]
     subprocess.run(command, cwd=folder, check=True)
     changed = {"nBots": robots, "GUI": 0, "formation": "random", "simulationTime": KILOMBO_S, "storeHistory": 0}
     settings = json.loads((example / "kilombo.json").read_text(encoding="utf-8")) | changed
