@@ -10,7 +10,7 @@ MORE := .venv/.more
 COMPILE = $(BIN)/python -m compileall -qq -j 0 -x '/(babel|dask|fontTools|mypy|mypyc|numba|pip|setuptools)/' .venv src
 INSTALL = $(PIP) install --no-compile --no-deps --require-hashes --requirement
 
-.PHONY: setup run demo page wheel site quick test soak lint types format generate stale docs bench screenshots stages lock clean
+.PHONY: setup run demo page wheel site quick test soak lint types format generate stale docs bench screenshots stages first-missions lock clean
 
 run: $(USERS) ## the studio, in the browser
 	$(BIN)/motorcade studio
@@ -122,6 +122,9 @@ screenshots: setup ## the README's pictures of the studio, and those of the docu
 
 stages: setup ## looks at the stages of all missions and examples at five sizes
 	$(BIN)/python -m scripts.stages
+
+first-missions: setup ## plays the tour and the first missions by mouse and by touch, at five sizes in both languages
+	$(BIN)/python -m scripts.first_missions
 
 LOCK = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header
 

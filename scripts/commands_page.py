@@ -1,7 +1,5 @@
 """Make the documentation's page of all commands from the help of the command line."""
 
-from typing import Any
-
 import typer
 from typer.cli import get_docs_for_click
 
@@ -24,7 +22,6 @@ def commands_page(language: str) -> str:
     translate_help(command)
     titles = {name: translated(f"help-{name.lower()}").rstrip(": ：") for name in _TITLES}
     request_language("")
-    _say_all(command)
     context = typer.Context(command, info_name="motorcade")
     page = get_docs_for_click(obj=command, ctx=context, name="motorcade")
     # These lines show the arguments of a command: a console block would make them look like lines to type.
@@ -32,10 +29,3 @@ def commands_page(language: str) -> str:
     for name, title in titles.items():
         page = page.replace(f"**{name}**:", f"**{title}**:")
     return f"{_INTRODUCTIONS[language]}\n{page.strip()}\n"
-
-
-def _say_all(command: Any) -> None:
-    """Let lists of commands say the whole first line of each; Typer cuts it at 45 letters."""
-    for below in getattr(command, "commands", {}).values():
-        below.short_help = below.help.partition("\n")[0]
-        _say_all(below)

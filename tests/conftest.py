@@ -7,6 +7,7 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Generator, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -62,7 +63,7 @@ BEGAN_AT_CPU_S = pytest.StashKey[float]()
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Mark each test by its folder, order them, and leave out those that `make soak` and ``-m soak`` run."""
     for item in items:
-        folder = item.path.relative_to(HERE).parts[0]
+        folder = _folder(item.path)
         if folder in MARKERS:
             item.add_marker(MARKERS[folder])
         if folder in SECOND_TRY:
@@ -91,9 +92,15 @@ def pytest_collection() -> Generator[None, Any, Any]:
     return result
 
 
+@cache
+def _folder(path: Path) -> str:
+    """Return the folder of tests that has a file, or the file's own name."""
+    return path.relative_to(HERE).parts[0]
+
+
 def _order(item: pytest.Item) -> int:
     """Return the place of a test's folder in `FIRST`; sorting keeps the order of the tests of a folder."""
-    folder = item.path.relative_to(HERE).parts[0]
+    folder = _folder(item.path)
     return FIRST.index(folder) if folder in FIRST else len(FIRST)
 
 

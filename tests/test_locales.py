@@ -85,17 +85,23 @@ def constants_in(node):
 
 def calls_in(tree):
     """The calls that name a text, each with its part of the catalogue."""
-    modules = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
-    others = set() if HOME_OF_DIAGNOSTICS in modules else DIAGNOSTICS
-    for node in ast.walk(tree):
+    nodes = list(ast.walk(tree))
+    modules = {node.module for node in nodes if isinstance(node, ast.ImportFrom)}
+    part_of = dict(parts())
+    if HOME_OF_DIAGNOSTICS not in modules:
+        part_of = {name: part for name, part in part_of.items() if name not in DIAGNOSTICS}
+    for node in nodes:
         if isinstance(node, ast.ClassDef) and node.name in error_classes()[0]:
             for each in ast.walk(node):
                 if isinstance(each, ast.Call) and ast.unparse(each.func) == "super().__init__" and each.args:
                     yield "errors", each
-        elif isinstance(node, ast.Call) and node.args:
-            name = getattr(node.func, "id", "")
-            if name in set(parts()) - others:
-                yield parts()[name], node
+        elif isinstance(node, ast.Call) and node.args and getattr(node.func, "id", "") in part_of:
+            yield part_of[node.func.id], node
+
+
+@cache
+def calls_by_file():
+    return {file: list(calls_in(tree)) for file, tree in trees().items()}
 
 
 @cache
@@ -105,8 +111,8 @@ def calls():
     The names are None where the call passes more than it writes out.
     """
     found = set()
-    for file, tree in trees().items():
-        for part, call in calls_in(tree):
+    for file, in_file in calls_by_file().items():
+        for part, call in in_file:
             names = {keyword.arg for keyword in call.keywords}
             for key in constants_in(call.args[0]):
                 place = f"{file.relative_to(SOURCE.parents[1])}:{call.lineno}"
@@ -150,8 +156,8 @@ def test_every_text_is_used():
     }
     patterns = [
         pattern_of(call.args[0])
-        for tree in trees().values()
-        for _, call in calls_in(tree)
+        for in_file in calls_by_file().values()
+        for _, call in in_file
         if isinstance(call.args[0], (ast.JoinedStr, ast.BinOp))
     ]
     unused = {

@@ -80,31 +80,32 @@ def run(folder, *command):
     return made.returncode, made.stdout + made.stderr
 
 
-@pytest.fixture
-def copy(tmp_path):
-    """A copy of the sources in which the bumper has the place of the PIR sensor."""
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory):
+    """A copy of the sources in which the bumper has the place of the PIR sensor; what is generated is written."""
+    folder = tmp_path_factory.mktemp("bumper")
     skipped = shutil.ignore_patterns("__pycache__", "page", "libraries", "*.wasm", "gallery")
     for name in ("src", "scripts", "firmware"):
-        shutil.copytree(ROOT / name, tmp_path / name, ignore=skipped)
-    devices = tmp_path / "src/motorcade/devices"
+        shutil.copytree(ROOT / name, folder / name, ignore=skipped)
+    devices = folder / "src/motorcade/devices"
     (devices / "bumper.py").write_text(BUMPER, encoding="utf-8")
     listed = (devices / "__init__.py").read_text(encoding="utf-8")
     listed = listed.replace("motorcade.devices.pir import PIR", "motorcade.devices.bumper import BUMPER")
     (devices / "__init__.py").write_text(listed.replace("VOICE, PIR,", "VOICE, BUMPER,"), encoding="utf-8")
-    brain = tmp_path / "src/motorcade/car/brain.py"
+    brain = folder / "src/motorcade/car/brain.py"
     text = brain.read_text(encoding="utf-8").replace("PIR_AT", "BUMPER_AT")
     brain.write_text(text.replace("senses.person", "senses.touches"), encoding="utf-8")
     for name, field, more in (
         ("mats/model.py", "patches: tuple[Corners, ...] = ()\n", "kerbs: tuple[Wall, ...] = ()\n"),
         ("engine/moment.py", "sends: Flags\n", "touched: Bytes\n"),
     ):
-        path = tmp_path / "src/motorcade" / name
+        path = folder / "src/motorcade" / name
         path.write_text(path.read_text(encoding="utf-8").replace(field, f"{field}    {more}"), encoding="utf-8")
-    return tmp_path
+    assert run(folder, "-c", "from scripts.generate import SOURCES, write; write(SOURCES, check=False)")[0] == 0
+    return folder
 
 
 def test_a_declared_device_reaches_words_steps_boards_pins_arduino_mats_and_pictures(copy):
-    assert run(copy, "-c", "from scripts.generate import SOURCES, write; write(SOURCES, check=False)")[0] == 0
     code, said = run(copy, "-c", PROBE)
     assert code == 0, said
     kerb = "((0.0, 1.0, 2.0, 3.0),) [{'from_m': [0.0, 1.0], 'to_m': [2.0, 3.0]}] uint8 72"
@@ -115,7 +116,6 @@ def test_a_declared_device_reaches_words_steps_boards_pins_arduino_mats_and_pict
 
 
 def test_texts_that_a_new_device_lacks_are_named_in_a_sentence(copy):
-    run(copy, "-c", "from scripts.generate import SOURCES, write; write(SOURCES, check=False)")
     code, said = run(copy, "-m", "scripts.generate", "--check")
     assert code == 1
     assert "src/motorcade/locales/zh.json lacks page.blocks.bumper: the text of the block" in said

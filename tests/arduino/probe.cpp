@@ -28,9 +28,10 @@ const motorcade::VoicePattern PATTERNS[] = {{"\xAA\x01", 2, 1}, {"go", 2, 2}};
 const uint32_t LEVELS[] = {0,   1000, 2000, 3000, 1000, 2000, 3000, 4000, 5000, 6000, 7000, 8000, 100,
                            200, 300,  400,  100,  560,  5,    250,  6,    110,  3520, 2,    10000};
 // One car with parts of all kinds: a motor of each kind, a third one behind the right one, and an analog floor sensor.
+// Its right motors get 80% of their duties.
 constexpr motorcade::CarSettings CAR = {
     LEVELS, 115200, 2000, {7, 8, 5, 255, 1}, {255, 255, 6, 9, 0}, {255, 255, 255, 255, 1}, {20, 21, 255, 255, 1}, 22,
-    {0, 115, 180, 255}, {0, 100, 150, 200}, {14, 15, 16, 17}, 255, 1, 4, 3, {12}, {18, 13}, 0, 40, 255, 0, 0, 2, 255,
+    {0, 115, 180, 255}, {0, 100, 150, 200}, 100, 80, {14, 15, 16, 17}, 255, 1, 4, 3, {12}, {18, 13}, 0, 40, 255, 0, 0, 2, 255,
     24, 255, 0, PATTERNS, 2,
 };
 

@@ -14,8 +14,8 @@ from support.studio_programs import EXAMPLE, FOLLOWED, LISTENING
 RUNNING = "motorcade-running"
 
 
-def test_followers_receive_words_and_turn(open_page) -> None:
-    studio = open_page(project=FOLLOWED)
+def test_followers_receive_words_and_turn(show) -> None:
+    studio = show(FOLLOWED)
     studio.play()
     expect(studio.block("followers", "right")).to_contain_class(RUNNING)
     expect(studio.block("leader", "forward").or_(studio.block("leader", "left"))).not_to_have_count(0)
@@ -36,8 +36,8 @@ def test_a_car_that_listens_stops_and_goes_at_a_word(open_page) -> None:
     expect(studio.page.get_by_text("The leader drives forward")).to_be_visible()
 
 
-def test_a_run_is_stepped_shown_again_downloaded_and_reset(open_page) -> None:
-    studio = open_page(project=EXAMPLE)
+def test_a_run_is_stepped_shown_again_downloaded_and_reset(show) -> None:
+    studio = show(EXAMPLE)
     studio.look_up("timeline")
     studio.page.get_by_role("button", name="One step").click()
     expect(studio.clock).to_have_text("0:00.1")
@@ -100,8 +100,8 @@ def test_the_stage_is_seen_from_behind_a_car_and_from_above_again(open_page) -> 
     expect(behind).to_be_hidden()
 
 
-def test_furniture_is_dragged_onto_the_mat_and_stored_in_the_project(open_page) -> None:
-    studio = open_page(project=EXAMPLE)
+def test_furniture_is_dragged_onto_the_mat_and_stored_in_the_project(show) -> None:
+    studio = show(EXAMPLE)
     mat = studio.page.get_by_role("application", name="Stage with cars")
     studio.look_up("things")
     studio.page.get_by_role("button", name="Add: Person").drag_to(mat, target_position={"x": 150, "y": 120})

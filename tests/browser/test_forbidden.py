@@ -4,11 +4,12 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, Playwright, expect
+from playwright.sync_api import Page, Playwright, ViewportSize, expect
 
 from motorcade.locales import catalogue
-from support.browser_profiles import FEW_PICTURES, launched, storing
+from support.browser_profiles import Profiles, launched, storing
 from support.running_studio import started_class
+from support.studio_page import DESKTOP
 from support.waiting import wait_until
 
 PAGE_TEXTS = catalogue("en")["page"]
@@ -25,14 +26,14 @@ SWALLOWED = "window.WebSocket = class extends EventTarget { close() {} }"
 
 
 @pytest.fixture
-def open_with(browser: Browser) -> Iterator[Callable[[str, str], Page]]:
-    """Opens an address in a new profile whose pages run a script before their own."""
+def open_with(profiles: Profiles) -> Iterator[Callable[[str, str], Page]]:
+    """Opens an address in a page that runs a script before its own."""
     contexts = []
 
     def open_with(url: str, script: str) -> Page:
         kept = {"motorcade.settings": '{"toured": true, "level": "words"}', "motorcade.language": "en"}
-        contexts.append(browser.new_context(storage_state=storing(url, kept), locale="en"))
-        contexts[-1].add_init_script(FEW_PICTURES)
+        size: ViewportSize = {"width": DESKTOP[0], "height": DESKTOP[1]}
+        contexts.append(profiles.new_context(storage_state=storing(url, kept), viewport=size, locale="en"))
         page = contexts[-1].new_page()
         # The profile's own storage is filled by a page, too.
         page.add_init_script(script)
@@ -41,7 +42,7 @@ def open_with(browser: Browser) -> Iterator[Callable[[str, str], Page]]:
 
     yield open_with
     for context in contexts:
-        context.close()
+        profiles.take_back(context)
 
 
 @pytest.fixture(scope="module")

@@ -84,7 +84,7 @@ def test_a_mission_is_played_by_keyboard_until_it_has_all_stars(open_page):
     for _ in range(2):
         expect(hint).to_have_count(0)
         run_to_the_end(studio, built_in_mission("flip-the-lamp").notes.mistakes[2][0].sentence("zh"))
-    expect(goals.first).to_contain_text("小车 1 从没亮过绿灯")
+    expect(goals.first).to_contain_text("1 号小车从没亮过绿灯")
     # Who has tried once knows the story: it folds, and can be read again.
     story = page.get_by_text(built_in_mission("flip-the-lamp").document["story"]["zh"])
     expect(story).to_have_count(0)
@@ -210,11 +210,31 @@ def test_who_wins_on_a_phone_sees_it_and_goes_on_with_one_tap(open_page):
     page = studio.page
     let_it_wait(studio, begin_first_mission(studio))
     page.locator("#mat-play").press("Enter")
-    expect(page.get_by_text(built_in_mission("forward-and-stop").learned.sentence())).to_be_in_viewport(ratio=1)
-    expect(page.locator("[data-progress] [data-earned]").first).to_be_in_viewport(ratio=1)
+    learned = built_in_mission("forward-and-stop").learned.sentence()
+    outcome = page.get_by_role("status").filter(has_text=learned, visible=True)
+    expect(outcome).to_be_in_viewport(ratio=1)
+    expect(outcome.locator("[data-earned]").first).to_be_in_viewport(ratio=1)
     page.get_by_role("button", name=studio.say("missions.next"), exact=True).click()
     name = built_in_mission("round-the-corner").name.sentence()
     expect(page.get_by_role("region", name=studio.say("missions.mission", name=name))).to_be_visible()
+
+
+def test_who_loses_on_a_phone_reads_why_and_has_the_blocks_where_they_were(open_page):
+    studio = open_page(size=PHONE, level="start")
+    page = studio.page
+    drive = begin_first_mission(studio)
+    page.locator("#mat-play").press("Enter")
+    studio.expect_moving()
+    place = drive.bounding_box()
+    show_task = page.get_by_role("button", name=studio.say("missions.showTask")).filter(has_text=re.compile("."))
+    expect(show_task).to_be_in_viewport(ratio=1)
+    assert drive.bounding_box() == place
+    show_task.press("Enter")
+    expect(page.locator("li[data-progress=lost]").first).to_contain_text("the program began again at")
+    page.get_by_role("button", name=studio.say("missions.toBlocks")).press("Enter")
+    # The first edit takes away what was said of the run.
+    studio.type_into(studio.field(drive, "1"), "3")
+    expect(show_task).to_have_count(0)
 
 
 @pytest.mark.soak

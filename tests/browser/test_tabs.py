@@ -11,7 +11,7 @@ from scripts.studio_process import project_link
 
 from motorcade.browser.site import site_files, write_site
 from motorcade.locales import catalogue
-from support.browser_profiles import FEW_PICTURES, launched, storing
+from support.browser_profiles import FEW_PICTURES, WITHOUT_PYTHON, launched, storing
 from support.class_visits import ClassVisit
 from support.running_studio import started, started_class
 from support.site_server import serving
@@ -53,7 +53,7 @@ def visit(browser: Browser, url: str, prepare: Callable[[BrowserContext], object
 def site_tab(browser: Browser, folder: Path) -> Iterator[Page]:
     write_site(folder, site_files())
     with serving(folder) as site:
-        yield visit(browser, elsewhere(site.url), lambda context: context.route("**/python.zip", lambda _: None))
+        yield visit(browser, elsewhere(site.url), lambda context: context.add_init_script(WITHOUT_PYTHON))
 
 
 @contextmanager

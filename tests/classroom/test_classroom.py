@@ -28,6 +28,8 @@ def test_a_pupil_who_was_removed_is_out_everywhere():
 def test_a_password_is_stored_so_that_nobody_reads_it():
     stored = to_stored("correct horse", bytes(range(16)))
     assert "horse" not in stored
+    # Each guess takes 16 MiB and some 50 ms.
+    assert stored.startswith(f"scrypt:{1 << 14}:")
     assert [is_password(each, stored) for each in ("correct horse", "correct horsf", "\ud800")] == [True, False, False]
     for broken in ("", "scrypt:1", "plain:16384:00:00", "scrypt:x:00:00", "scrypt:3:00:00"):
         assert not is_password("", broken)

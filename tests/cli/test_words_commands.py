@@ -84,7 +84,7 @@ def test_every_command_is_in_the_help_which_comes_without_arguments_too():
         ("studio --json=1", "the option '--json' takes no value"),
         ("studio --port", "the option '--port' needs a value"),
         ("studio --port x", "'--port': 'x' is no whole number"),
-        ("studio --port 99999", "'--port': 99999 is outside 0<=x<=65535"),
+        ("studio --port 99999", "'--port': 99999 is not allowed; allowed: 0 to 65535"),
         ("car run --board toaster", "'--board': 'toaster' is not allowed; choose one of 'simulated', 'raspberry-pi'"),
         ("drive", "a command is missing"),
         ("decode control", "'WORD...' is missing"),
@@ -101,6 +101,19 @@ def test_missing_or_unknown_arguments_are_told_in_both_languages(typed, says, mo
     told = run(*typed.split()).err
     assert re.search("[\u4e00-\u9fff]", told.partition("`")[0])
     assert told != ran.err
+
+
+def test_a_mat_in_place_of_a_program_is_one_mistake(tmp_path):
+    file = tmp_path / "mat.json"
+    file.write_text('{"format": "motorcade-mat/1", "name": "A mat", "size_m": [1, 1]}', encoding="utf-8")
+    told = run("compile", file).err
+    assert told.count("\n") == 1
+    assert 'The value is "motorcade-mat/1"; allowed: "motorcade-program/1".' in told
+
+
+def test_an_address_that_there_is_not_is_told_without_the_driver_s_own_words():
+    told = refusal(3, "upload", PARADE, "--port", "socket://no.such.host.invalid:7001")
+    assert told.startswith("No car answers at socket://no.such.host.invalid:7001: there is no such address. ")
 
 
 def test_a_reader_that_has_enough_gets_no_complaint():

@@ -2,6 +2,7 @@
 
 import math
 import random
+from dataclasses import replace
 from typing import NamedTuple
 
 import pytest
@@ -100,6 +101,33 @@ def test_the_profile_keeps_what_was_not_measured_and_can_be_read_again():
     assert bent.wheels.drift_mrad_per_m < 0
     assert parse_profile(profile_text(bent), "mine.toml") == bent
     assert bent.wheels != MeasuredWheels()
+
+
+def test_a_car_with_the_duties_for_equal_wheels_drives_as_the_profile_written_for_it_says():
+    """The speed of its wheels is as high as the duty is."""
+    luck = random.Random(75)
+    base = replace(built_in_profile("classroom"), wheels=MeasuredWheels(right_duty_percent=95))
+    for _ in range(20):
+        car = an_unknown_car(luck)
+        found = fit({move.key: [car.read(move, luck) for _ in range(9)] for move in MOVES})
+        equal = measured_profile(found, base, "mine.toml", equal=True)
+        shares = equal.wheels.left_duty_percent / 100, equal.wheels.right_duty_percent / 95
+        left, right = (
+            [speed * share for speed in speeds]
+            for speeds, share in zip((car.left_mm_s, car.right_mm_s), shares, strict=True)
+        )
+        again = car._replace(left_mm_s=left, right_mm_s=right)
+        found = fit({move.key: [again.read(move, luck) for _ in range(9)] for move in MOVES})
+        assert equal.wheels.drift_mrad_per_m == 0
+        # A percent of a duty is the least step.
+        assert max(found.left_percent, found.right_percent) - min(found.left_percent, found.right_percent) < 1.5
+        measured = measured_profile(found, equal, "mine.toml")
+        assert measured.speeds_mm_s[1:] == pytest.approx(equal.speeds_mm_s[1:], rel=0.03)
+        assert measured.turn_rates_deg_s[1:] == pytest.approx(equal.turn_rates_deg_s[1:], rel=0.03)
+        assert (measured.wheels.left_duty_percent, measured.wheels.right_duty_percent) == (
+            equal.wheels.left_duty_percent,
+            equal.wheels.right_duty_percent,
+        )
 
 
 @pytest.mark.parametrize(

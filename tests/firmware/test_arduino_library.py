@@ -125,8 +125,9 @@ def test_a_voice_module_that_the_sketch_could_not_hear_is_refused() -> None:
 def test_the_example_for_any_board_drives_no_pin() -> None:
     text = (library_folder() / "examples" / "AnyBoard" / "car.h").read_text(encoding="utf-8")
     found = {name: value for value, name in re.findall(r"^    (.*),  // (\w+)$", text, re.MULTILINE)}
-    numbers = ("levels", "baud", "range_mm", "drive_duties", "turn_duties", "voice_baud", "voice_pattern_count")
+    numbers = ("levels", "baud", "range_mm", "drive_duties", "turn_duties", "left_duty_percent", "right_duty_percent")
     numbers += ("pixel_count", "floor_dark", "floor_threshold", "button_pressed", "button_threshold", "voice_patterns")
+    numbers += ("voice_baud", "voice_pattern_count")
     pins = {name: value for name, value in found.items() if name not in numbers}
     assert len(pins) == 16
     # The last one of a motor is a level.

@@ -63,7 +63,7 @@ def assert_alike(seed):
         assert (does, told and control_word(told, LEVELS, 1, 0)) == seen
 
 
-@settings(max_examples=min(50 * settings().max_examples, 2_000))
+@settings(max_examples=min(10 * settings().max_examples, 2_000))
 @given(SEEDS)
 def test_a_program_as_a_tree_does_what_its_words_do(seed):
     assert_alike(seed)

@@ -21,6 +21,7 @@ from motorcade import (
     person,
     pir,
     repeat,
+    stop_on_dark,
     together,
     voice,
     wander,
@@ -33,12 +34,14 @@ from motorcade.program.reactions import minding
 from motorcade.program.steps import floor
 from motorcade.service.documents import open_text, whole_program
 
-# Each drive, and the together of the same words.
+# Each drive, and the steps of the same words that older projects have.
 SAME = [
     (forward(3, unless=person()), together(forward(3), pir())),
     (follow_line(7, unless=heard() | person()), together(follow_line(7), voice(), pir())),
     (left(4, unless=obstacle(2)), together(left(4), avoid(2, 4))),
     (wander(2, unless=dark()), together(wander(2), floor())),
+    (wander(2, unless=dark()), stop_on_dark(2)),
+    (wander(2, unless=dark() | person()), together(stop_on_dark(2), pir())),
     (
         together(forward(5, unless=obstacle(0) | person()), led(1, 2)),
         together(forward(5), avoid(0, 5), pir(), led(1, 2)),

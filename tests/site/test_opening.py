@@ -7,6 +7,7 @@ import json
 import subprocess
 import sys
 from base64 import b64decode, b64encode
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,7 @@ from motorcade.service.programs import compile_blocks
 from motorcade.service.world_messages import SetWorld
 from support.pictures import Picture
 from support.session_page import server_world
+from support.soak import SOAK
 
 SCRIPT = Path(__file__).parents[1] / "support" / "first_world.mjs"
 KEY = "ab" * 16
@@ -57,27 +59,18 @@ class Visit:
         worlds: those that Python has built.
     """
 
-    def __init__(self, folder, project):
-        archive = folder / "opening.zip"
-        archive.write_bytes(zip_of({"opening.json": opening_recording(project, SECONDS).encode()}))
-        command = [str(Path(sys.executable).with_name("node")), str(SCRIPT), str(archive)]
-        self._node = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8", bufsize=1
-        )
+    def __init__(self, node, archive):
+        self._node = node
         self._now_s = 0.0
         self.worlds = []
         self._shell = Shell(BrowserStorage(), lambda: self._now_s, self._open_worlds)
         self._is_open = False
         self.told, self.pictures = {}, []
+        self._do(begin=str(archive))
 
     def _open_worlds(self, *asked):
         self.worlds.append(open_worlds_here(*asked))
         return self.worlds[-1]
-
-    def close(self):
-        self._node.stdin.close()
-        self._node.wait(20)
-        self._node.stdout.close()
 
     def say(self, *messages):
         for message in messages:
@@ -118,13 +111,35 @@ class Visit:
             self._do(texts=texts, pictures=pictures, **order)
 
 
+@pytest.fixture(scope="module")
+def node():
+    """The page's code, by which one visit after another goes: it takes seconds to load."""
+    command = [str(Path(sys.executable).with_name("node")), str(SCRIPT)]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe, encoding="utf-8", bufsize=1) as process:
+        yield process
+        process.stdin.close()
+
+
+@pytest.fixture(scope="module")
+def archive_of(tmp_path_factory):
+    """Stores the recording of a project, and says where it is."""
+
+    @cache
+    def stored(name):
+        archive = tmp_path_factory.mktemp(name) / "opening.zip"
+        archive.write_bytes(zip_of({"opening.json": opening_recording(PROJECTS[name], SECONDS).encode()}))
+        return archive
+
+    return stored
+
+
 @pytest.fixture
-def visit(tmp_path, request):
-    project = PROJECTS[getattr(request, "param", "opening")]
-    made = Visit(tmp_path, project)
-    made.message = set_of(project)
-    yield made
-    made.close()
+def visit(node, archive_of, request):
+    name = getattr(request, "param", "opening")
+    made = Visit(node, archive_of(name))
+    made.message = set_of(PROJECTS[name])
+    return made
 
 
 def assert_continues(visit):
@@ -272,7 +287,7 @@ def test_no_car_of_a_first_visit_touches_anything_for_a_minute(shown):
         mat, range_mm = town.mat, town.range_mm
     profile = built_in_profile("classroom")
     image = compile_program(program, profile).image
-    world = open_worlds_here(mat_of(mat, "mat"), [image], profile, range(100), False)
+    world = open_worlds_here(mat_of(mat, "mat"), [image], profile, range(100 if SOAK else 20), False)
     world.set_environment(world.mat, range_mm)
     world.run(60_000)
     assert [seed for seed in world.seeds if world.totals(seed)["touching_ms"]] == []

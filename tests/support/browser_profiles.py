@@ -42,6 +42,14 @@ FEW_PICTURES = """(() => {
     }
 })()"""
 
+# For tests of what a site's page does around Python, which takes seconds of a processor to start.
+WITHOUT_PYTHON = """(() => {
+    const post = Worker.prototype.postMessage
+    Worker.prototype.postMessage = function (message, ...more) {
+        if (message.is !== "start") post.call(this, message, ...more)
+    }
+})()"""
+
 
 @contextmanager
 def launched(playwright: Playwright, path: Path, *options: str) -> Iterator[Browser]:

@@ -4,9 +4,11 @@ import errno
 import json
 from contextlib import contextmanager
 from typing import Any
+from unittest import mock
 
 from starlette.testclient import TestClient
 
+from motorcade.classroom import names
 from motorcade.classroom.app import make_class_app
 from motorcade.classroom.folder import ClassFolder
 from motorcade.classroom.network import Network
@@ -87,7 +89,9 @@ def class_room(folder, signs_in=True, files=None, **changes):
     given = {"clock": lambda: 0.0, "unix_s": lambda: 0.0, "first_key": FIRST_KEY, "network": here}
     settings = ClassServerSettings(library=folder, page=folder, **{"port": 7710, **given, **changes})
     files = files or ClassFolder(folder)
-    with files.opened(), TestClient(make_class_app(settings, files), base_url=HERE) as client:
+    # To store a password takes 50 ms in earnest: test_classroom.py looks at that.
+    cheap = mock.patch.object(names, "_COST", 2)
+    with cheap, files.opened(), TestClient(make_class_app(settings, files), base_url=HERE) as client:
         room = PagedRoom(client)
         if settings.first_key and signs_in:
             room.sign_in()

@@ -3,7 +3,7 @@
 import ast
 import io
 import tokenize
-from pathlib import Path
+from collections.abc import Sequence
 from typing import NamedTuple
 
 _TOKENS = (tokenize.NAME, tokenize.OP, tokenize.NUMBER, tokenize.STRING)
@@ -24,10 +24,8 @@ class CodeSize(NamedTuple):
     conditionals: int
 
 
-def size_of(file: Path) -> CodeSize:
-    """Return how large a file is."""
-    text = file.read_text(encoding="utf-8")
-    nodes = list(ast.walk(ast.parse(text)))
+def size_of(text: str, nodes: Sequence[ast.AST]) -> CodeSize:
+    """Return how large a file is, by its text and the nodes of its tree."""
     docstrings = set()
     for node in nodes:
         if isinstance(node, _WITH_DOCSTRING) and ast.get_docstring(node, clean=False) is not None:

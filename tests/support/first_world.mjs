@@ -1,8 +1,8 @@
 // The page's side of a first visit, without a browser: the page's own FirstWorld runs in Node, by a clock of the test.
 //
-// Started with the path of opening.zip. It reads one JSON object a line from stdin: {send}: a message of
-// the page, as text; {advance_ms}: time passes; {open}: Python is ready; {lose}: it is lost; {texts, pictures}: what Python sends, pictures
-// as base64. After each it writes a line: what the page got (texts as they are, pictures as base64 in a list), and what
+// It reads one JSON object a line from stdin: {begin}: a new visit, with the path of its opening.zip; {send}: a message of
+// the page, as text; {advance_ms}: time passes; {open}: Python is ready; {lose}: it is lost; {texts, pictures}: what
+// Python sends, pictures as base64. After each it writes a line: what the page got (texts as they are, pictures as base64 in a list), and what
 // Python got.
 
 import { readFile } from "node:fs/promises";
@@ -10,7 +10,6 @@ import { createInterface } from "node:readline";
 import { dirname, join } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
 
-const [zip] = process.argv.slice(2);
 const web = join(dirname(fileURLToPath(import.meta.url)), "../../web");
 const { createServer } = await import(pathToFileURL(join(web, "node_modules/vite/dist/node/index.js")).href);
 const vite = await createServer({
@@ -35,15 +34,21 @@ globalThis.setInterval = (run, each) => {
 globalThis.clearInterval = (key) => timers.delete(key);
 globalThis.fetch = async (path) => new Response(await readFile(path));
 
-const page = [];
-let python = [];
+const [page, python] = [[], []];
 let listeners = null;
-const opening = await Opening.load(() => zip);
+let world = null;
 const got = (data) => page.push(typeof data === "string" ? data : [Buffer.from(data).toString("base64")]);
-const world = new FirstWorld(opening, "ab".repeat(16), { onOpen: () => undefined, onMessage: got, onClose: () => undefined }, (given) => {
-  listeners = given;
-  return { send: (data) => python.push(data) > 0, close: () => undefined };
-});
+
+/** Nothing has happened yet. */
+async function begin(zip) {
+  now = 0;
+  timers.clear();
+  const opening = await Opening.load(() => zip);
+  world = new FirstWorld(opening, "ab".repeat(16), { onOpen: () => undefined, onMessage: got, onClose: () => undefined }, (given) => {
+    listeners = given;
+    return { send: (data) => python.push(data) > 0, close: () => undefined };
+  });
+}
 
 function advance(milliseconds) {
   for (const end = now + milliseconds; ; ) {
@@ -59,7 +64,8 @@ function advance(milliseconds) {
 }
 
 for await (const line of createInterface({ input: process.stdin })) {
-  const { send, advance_ms, open, lose, texts = [], pictures = [] } = JSON.parse(line);
+  const { begin: zip, send, advance_ms, open, lose, texts = [], pictures = [] } = JSON.parse(line);
+  if (zip) await begin(zip);
   if (send) world.send(send);
   if (advance_ms) advance(advance_ms);
   if (lose) listeners.onClose();

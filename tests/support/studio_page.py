@@ -287,12 +287,12 @@ class StudioPage(Watched):
 
     def pick(self, field: Locator, option: str) -> None:
         """Choose an option of a field with a list."""
-        field.click()
-        self.page.get_by_role("option", name=option).click()
+        self.press(field)
+        self.press(self.page.get_by_role("option", name=option))
 
     def type_into(self, field: Locator, text: str) -> None:
         """Enter a number or text in a field."""
-        field.click()
+        self.press(field)
         self.page.keyboard.type(text)
         self.page.keyboard.press("Enter")
 

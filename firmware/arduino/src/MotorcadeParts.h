@@ -42,8 +42,8 @@ class Wheels {
   // Arguments as of Board::set_wheels.
   static void set(uint8_t direction, uint8_t speed_level) {
     const int16_t duty = duty_of(direction != FORWARD, speed_level);
-    const int16_t left = direction == LEFT ? -duty : duty;
-    const int16_t right = direction == RIGHT ? -duty : duty;
+    const int16_t left = shared(direction == LEFT ? -duty : duty, CAR.left_duty_percent);
+    const int16_t right = shared(direction == RIGHT ? -duty : duty, CAR.right_duty_percent);
     drive_motor(CAR.left_motor, left);
     drive_motor(CAR.right_motor, right);
     drive_motor(CAR.left_rear_motor, left);
@@ -63,6 +63,10 @@ class Wheels {
       case 3: return turns ? CAR.turn_duties[3] : CAR.drive_duties[3];
       default: return 0;
     }
+  }
+
+  static inline __attribute__((always_inline)) int16_t shared(int16_t duty, uint8_t percent) {
+    return percent == 100 ? duty : duty * percent / 100;
   }
 
   static inline __attribute__((always_inline)) void begin_motor(const MotorPins pins) {

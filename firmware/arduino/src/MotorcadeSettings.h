@@ -41,6 +41,9 @@ struct CarSettings {
   // PWM for speed levels 0 to 3, straight on and turning on the spot.
   uint8_t drive_duties[4];
   uint8_t turn_duties[4];
+  // The share of its duty that each motor gets.
+  uint8_t left_duty_percent;
+  uint8_t right_duty_percent;
   uint8_t leds[4];
   // WS2812, which show the four LEDs by their colours.
   uint8_t pixels;

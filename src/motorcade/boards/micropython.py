@@ -63,7 +63,13 @@ class MicroPythonBoard(Board):
         if "left_motor" in pins and "right_motor" in pins:
             left = Motor(machine, pins["left_motor"])
             right = Motor(machine, pins["right_motor"])
-            self._wheels = MotorPair(left, right, settings["drive_duties"], settings["turn_duties"])
+            self._wheels = MotorPair(
+                left,
+                right,
+                settings["drive_duties"],
+                settings["turn_duties"],
+                settings.get("duty_percents", (100, 100)),
+            )
         # LEDs 0 to 3, None for each that isn't there.
         self._leds: list[Any] = []
         for which in range(NO_LED):

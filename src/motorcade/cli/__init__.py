@@ -42,7 +42,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
 )
-for _part in (words.app, runs.app, missions.app, uploads.app, pages.studio_app):
+# Help lists them in this order: what most people begin with comes first.
+for _part in (pages.studio_app, missions.app, runs.app, uploads.app, words.app):
     app.add_typer(_part)
 app.add_typer(car.app, name="car")
 app.add_typer(uploads.cars_app, name="cars")
@@ -178,6 +179,8 @@ def _translate_help(command: Any, path: str, has_frames: bool) -> None:
                 parameter.help = text("help", key, lists, current_language())
     for name, subcommand in getattr(command, "commands", {}).items():
         _translate_help(subcommand, f"{path} {name}".lstrip(), has_frames)
+        # In a list of commands; Typer cuts it at 45 letters otherwise.
+        subcommand.short_help = subcommand.help.partition("\n")[0]
 
 
 def _usage_sentence(message: str) -> str:

@@ -212,20 +212,6 @@ def _pair(text: str, code: str, **details: str) -> tuple[str, str]:
     return name, value
 
 
-@studio_app.command("site")
-def _site(output: options.Output, as_json: options.Json = False) -> None:
-    with needs_extra("site", "studio"):
-        from motorcade.browser.site import site_files, write_site
-
-    files = site_files()
-    write_site(output, files)
-    count = len(files)
-    size = sum(map(len, files.values()))
-    details = {"files": count, "megabytes": f"{size / 1e6:.1f}"}
-    sentence = translated("site-is-written", folder=output, argument=quoted(output), **details)
-    print_result({"folder": str(output), "files": count, "bytes": size}, sentence, as_json)
-
-
 @studio_app.command("studio")
 def _studio(
     port: options.TcpPortOption = 7700,
@@ -359,6 +345,20 @@ def _class(
 
         with announced(CLASS, record.title, listener.getsockname()[:2], print_problem):
             serve_alone(app, settings, listener, ready, tls)
+
+
+@studio_app.command("site")
+def _site(output: options.Output, as_json: options.Json = False) -> None:
+    with needs_extra("site", "studio"):
+        from motorcade.browser.site import site_files, write_site
+
+    files = site_files()
+    write_site(output, files)
+    count = len(files)
+    size = sum(map(len, files.values()))
+    details = {"files": count, "megabytes": f"{size / 1e6:.1f}"}
+    sentence = translated("site-is-written", folder=output, argument=quoted(output), **details)
+    print_result({"folder": str(output), "files": count, "bytes": size}, sentence, as_json)
 
 
 def own_token(folder: Path) -> str:

@@ -100,6 +100,7 @@ def _calibrate(
     output: options.Output,
     port: options.PortOption = "",
     no_upload: Annotated[bool, typer.Option("--no-upload")] = False,
+    equal: Annotated[bool, typer.Option("--equal")] = False,
     profile: str = "classroom",
     as_json: options.Json = False,
 ) -> None:
@@ -122,8 +123,11 @@ def _calibrate(
             _send(port, move_image(move, base), base.serial.baud)
 
     found = _measured(send)
-    options.write_file(output, profile_text(measured_profile(found, base, output.name)).encode())
-    lines = [*map(sentence_of, told(found)), translated("profile-written", file=output)]
+    options.write_file(output, profile_text(measured_profile(found, base, output.name, equal)).encode())
+    written = "profile-written"
+    if equal:
+        written = "equal-profile-written"
+    lines = [*map(sentence_of, told(found)), translated(written, file=output)]
     print_result({"file": str(output), **asdict(found)}, "\n".join(lines), as_json)
 
 

@@ -293,16 +293,34 @@ def _mean(values: Iterable[float]) -> float:
     return sum(found) / len(found)
 
 
-def measured_profile(found: Calibration, base: Profile, name: str) -> Profile:
-    """Return ``base`` with what was measured, in whole numbers as profiles have them. Raises MotorcadeError."""
+def measured_profile(found: Calibration, base: Profile, name: str, equal: bool = False) -> Profile:
+    """Return ``base`` with what was measured, in whole numbers as profiles have them. Raises MotorcadeError.
+
+    Args:
+        found: what was measured of a car that drives with the duties of ``base``.
+        base: a profile.
+        name: the new one's.
+        equal: whether it is the profile of the same car with the duties that make both wheels equal. It drives
+            straight, and as fast as its slower wheel turned.
+    """
+    duties = [base.wheels.left_duty_percent, base.wheels.right_duty_percent]
+    drift, share = found.drift_mrad_per_m.value, 1.0
+    if equal:
+        shares = (found.left_percent, found.right_percent)
+        duties = [max(1, round(duty * percent / 100)) for duty, percent in zip(duties, shares, strict=True)]
+        # The slower wheel keeps its duty, and both then turn as it did. What was measured is the mean of both.
+        ratio = min(shares) / 100
+        drift, share = 0.0, 2 * ratio / (1 + ratio)
     return with_figures(
         base,
         name,
-        speeds_mm_s=(0, *(round(figure.value) for figure in found.speeds_mm_s)),
-        turn_rates_deg_s=(0, *(round(figure.value) for figure in found.turn_rates_deg_s)),
+        speeds_mm_s=(0, *(round(figure.value * share) for figure in found.speeds_mm_s)),
+        turn_rates_deg_s=(0, *(round(figure.value * share) for figure in found.turn_rates_deg_s)),
         wheels={
-            "drift_mrad_per_m": round(found.drift_mrad_per_m.value),
+            "drift_mrad_per_m": round(drift),
             "stopping_ms": round(found.stopping_ms.value),
+            "left_duty_percent": duties[0],
+            "right_duty_percent": duties[1],
         },
     )
 

@@ -21,6 +21,7 @@ from motorcade.words.infrared import NEWER_SLOTS, air_us
 _MOST = (1 << 20) - 1
 # A car that drives on for longer without a command is nobody's car; one that bends more drives in a circle.
 _SMALLER = {"failsafe_ms": 2000, "watchdog_ms": 2000, "drift_mrad_per_m": 2000, "stopping_ms": 1000}
+_SMALLER |= {"left_duty_percent": 100, "right_duty_percent": 100}
 _NEGATIVE = ("drift_mrad_per_m",)
 
 
@@ -92,10 +93,14 @@ class MeasuredWheels:
         drift_mrad_per_m: by how much the car turns to the left on each metre of a way that should be straight; to the
             right where it is negative. -2000 to 2000.
         stopping_ms: when it is told to stand, it rolls on as far as it drives in this time. 0 to 1000.
+        left_duty_percent, right_duty_percent: the share of its duty that the board gives each motor, 1 to 100. All
+            else in a profile is of the car that drives with them.
     """
 
     drift_mrad_per_m: int = 0
     stopping_ms: int = 0
+    left_duty_percent: int = 100
+    right_duty_percent: int = 100
 
 
 @dataclass(frozen=True, slots=True)

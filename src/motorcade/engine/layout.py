@@ -54,7 +54,7 @@ _LINE = 16  # cars in a cache line
 _APART = 128
 CELL_UM = 450_000.0
 # With so few cars, checking all of them is faster than cells.
-_FEW_CARS = 24
+_FEW_CARS = 32
 # With more cars around a sender, each line of sight looks for those near it.
 _MOST_AROUND = 1 << 8
 _NEVER = 1 << 40

@@ -46,8 +46,8 @@ def list_due(low: int, arrays: Arrays, now: Now) -> tuple[int, int, int]:
                 turns += has_turn
                 looks += (not has_turn) & clearance.is_due(cars.clear[i], now.tick) & (rules.collisions > 0)
             listed += high - low
-            # A busy group hardly ever rests in the next tick.
-            is_busy = (turns + looks - before) * _BUSY > high - low
+            # A busy group hardly ever rests in the next tick; one of a few cars does after a turn of one of them.
+            is_busy = (turns + looks - before) * _BUSY > max(high - low, _BUSY)
             around.wakes[share, group] = now.tick + 1 if is_busy else 0
             around.moves[share, group] = 1
         low = high

@@ -194,8 +194,10 @@ def program_from_dict(document: Any) -> Program:
     if is_deeper(document, DEEPEST):
         raise _not_json(Phrase("too-deep"))
     checked, faults = check(document, program_schema())
+    # A file of another kind, such as a mat, has nothing else to mend.
+    other_kind = [fault for fault in faults if fault.place == ("format",) and "format" in document]
     if faults:
-        raise ProgramError(_diagnostic(fault, document) for fault in faults)
+        raise ProgramError(_diagnostic(fault, document) for fault in other_kind or faults)
     leader = map(_step_from, checked["leader"])
     followers = None
     if checked["followers"]:

@@ -12,7 +12,15 @@ from motorcade.program.conditions import Condition, Sensing, alternatives, any_o
 from motorcade.program.diagnostics import Diagnostic, error
 from motorcade.program.flow_steps import TellStep
 from motorcade.program.model import Program
-from motorcade.program.steps import SIMPLE_KINDS, DrivingStep, Step, TogetherStep, own_fields
+from motorcade.program.steps import (
+    SIMPLE_KINDS,
+    DriveStep,
+    DrivingStep,
+    Step,
+    StopOnDarkStep,
+    TogetherStep,
+    own_fields,
+)
 
 # By what a condition senses: the kind of step with its bits.
 _KINDS = {kind.minds: kind for kind in SIMPLE_KINDS if kind.minds}
@@ -79,7 +87,7 @@ def with_unless(steps: Sequence[Step]) -> list[Step]:
     """Return steps that start together; what a drive among them can mind becomes its ``unless``."""
     drives = [step for step in steps if isinstance(step, DrivingStep)]
     if len(drives) != 1 or drives[0].unless is not None:
-        return list(steps)
+        return [wandering(step) for step in steps]
     minded = []
     left: list[Step] = []
     for step in steps:
@@ -88,9 +96,28 @@ def with_unless(steps: Sequence[Step]) -> list[Step]:
             minded.append(condition)
         else:
             left.append(step)
-    if not minded:
-        return left
-    return [replace(step, unless=any_of(minded)) if step is drives[0] else step for step in left]
+    if minded:
+        left[left.index(drives[0])] = replace(drives[0], unless=any_of(minded))
+    return [wandering(step) for step in left]
+
+
+def wandering(step: Step) -> Step:
+    """Return a step that stops on dark as the random drive of the same words, as which it is written; others as is."""
+    if not isinstance(step, StopOnDarkStep):
+        return step
+    minded: list[Condition] = [Sensing("floor")]
+    if step.unless is not None:
+        minded += alternatives(step.unless)
+    return DriveStep(
+        _RANDOM,
+        step.speed,
+        step.seconds,
+        id=step.id,
+        accept_ir=step.accept_ir,
+        forward=step.forward,
+        until=step.until,
+        unless=any_of(minded),
+    )
 
 
 def _condition_of(step: Step, drive: Any) -> Condition | None:
@@ -106,7 +133,7 @@ def _condition_of(step: Step, drive: Any) -> Condition | None:
 
 
 def minding(program: Program) -> Program:
-    """Return a program of the same words in which drives mind what stood beside them in a together."""
+    """Return a program of the same words in which drives mind what stood beside them in a together, and dark floor."""
     followers = program.followers
     if followers:
         followers = replace(followers, steps=_minding(followers.steps))
@@ -123,7 +150,7 @@ def _minding(steps: Sequence[Step]) -> list[Step]:
         changes: dict[str, Any] = {name: tuple(_minding(inside)) for name, inside in step.lists.items()}
         if isinstance(step, TellStep) and step.step:
             (changes["step"],) = _minding([step.step])
-        made.append(replace(step, **changes))
+        made.append(wandering(replace(step, **changes)))
     return made
 
 

@@ -10,6 +10,7 @@ import errno
 import os
 import re
 import secrets
+import socket
 import stat
 import sys
 from collections.abc import Callable
@@ -350,6 +351,8 @@ def _windows_number(text: str) -> int:
 def _reason(problem: Exception) -> object:
     """Return the driver's reason for a sentence: what Windows says with its number, or what the system refused."""
     text = str(problem)
+    if isinstance(problem.__context__, socket.gaierror):
+        return Phrase("no-such-address")
     if number := _windows_number(text):
         said = _WINDOWS_TEXT.search(text)
         return Phrase("windows-says", number=number, text=said[1] if said else text)

@@ -29,6 +29,13 @@ def test_motors_of_all_kinds_turn_together(platform):
         assert (levels.get(16, 0), levels.get(17, 0)) == (right > 0, right < 0)
 
 
+def test_each_side_gets_its_share_of_the_duties():
+    bench = Bench(all_kinds("rp2") | {"duty_percents": [90, 100]}, "rp2")
+    bench.open().board.set_wheels(LEFT, 3)
+    assert (bench.chip.duties[5], bench.chip.duties[15]) == (229 * 65535 // 255,) * 2
+    assert (bench.chip.duties[13], bench.chip.duties[18]) == (65535, 65535)
+
+
 @pytest.mark.parametrize("platform", ANALOG_PINS)
 def test_all_pixels_show_the_colour_of_the_led(platform):
     bench = bench_of(platform)

@@ -1,12 +1,18 @@
 """Parts of a MicroPython car: motors have no power while they turn round, distances are exact, images stay whole."""
 
+from dataclasses import replace
+
 import pytest
 from driven_car import Bench
 from simulated.flash import Flash, PowerCut
 
 from motorcade.boards.on_chip.parts import ImageFile, Motor
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
-from support.chip_benches import SMALL, bench, board_of
+from motorcade.config.pins import parse_pins
+from motorcade.config.profile import MeasuredWheels
+from motorcade.firmware.car_files import settings_of
+from support.chip_benches import RP2040, SMALL, bench, board_of
+from support.strategies import CLASSROOM
 
 LARGE = bytes.fromhex("FFFF0100" + "64800000" * 255 + "C0280000" * 255)
 MIDDLE = bytes.fromhex("20080200" + "64800000" * 32 + "C0280000" * 8)
@@ -45,6 +51,16 @@ def test_a_motor_changes_its_direction_without_power():
         assert not levels.get(left["forward"]) or not levels.get(left["backward"])
     assert set(powers_at_changes) == {0}
     assert power == 65535
+
+
+def test_the_faster_wheel_gets_less_power_where_its_profile_says_so():
+    profile = replace(CLASSROOM, wheels=MeasuredWheels(left_duty_percent=60))
+    a_bench = Bench(settings_of(parse_pins(RP2040, "rp2040"), profile, False, number=1), "rp2")
+    board = board_of(a_bench)
+    for direction, level, duties in ((0, 3, (153, 255)), (0, 1, (69, 115)), (2, 3, (153, -255)), (0, 0, (0, 0))):
+        board.set_wheels(direction, level)
+        a_bench.observed.look()
+        assert a_bench.observed.seen[-1][2] == tuple(duty * 65535 // 255 for duty in duties)
 
 
 # The ultrasonic sensor: its distance is read without waiting, and dropped when it is old

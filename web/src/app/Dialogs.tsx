@@ -46,10 +46,10 @@ export function Notices() {
   const t = useTexts();
   const notices = useDialogs((state) => state.notices);
   return (
-    <div className={classes("unprinted", dialogs.notices)} role="log" aria-live="polite" aria-label={t("app.notices")}>
+    <div className={classes("unprinted column through", dialogs.notices)} role="log" aria-live="polite" aria-label={t("app.notices")}>
       {notices.map(({ id, text, tone, action }) => (
         <div key={id} className={dialogs.notice} data-tone={tone}>
-          <span>{text}</span>
+          <span className="fill">{text}</span>
           {action && (
             <TextButton
               small

@@ -73,7 +73,7 @@ function Card({ step, onNext }: { step: Step | "welcome"; onNext: () => void }) 
         <IconButton icon="close" label={t("tour.skip")} onPress={endTour} />
       </header>
       <p aria-live="polite">{t(`tour.${step}.text`)}</p>
-      <footer className="wrap apart">
+      <footer className="wrap apart nowrap">
         <span>{!isWelcome && t("tour.step", { at: STEPS.indexOf(step) + 1, of: STEPS.length })}</span>
         <TextButton primary={isWelcome} onPress={onNext}>{t(isWelcome ? "tour.welcome.next" : "tour.next")}</TextButton>
       </footer>

@@ -92,7 +92,7 @@ function Editor({ editor }: { editor: EditorName }) {
   }, [editor, generation]);
 
   return (
-    <div className={classes("unprinted", css.host)} ref={host} id={`${editor}-blocks`}>
+    <div className={classes("unprinted fill anchor", css.host)} ref={host} id={`${editor}-blocks`}>
       <Owner editor={editor} />
       <Mistake editor={editor} host={host} />
     </div>

@@ -43,7 +43,7 @@ export function Problems() {
   return (
     <ul className={css.diagnostics} aria-label={t("words.diagnostics")}>
       {wrongText && (
-        <li data-severity="error">
+        <li className="caution" data-severity="error">
           <Icon name="error" />
           <Button className={css.diagnostic} onPress={() => openDrawer("python")}>
             {t("python.wrong", { line: wrongText.place?.line ?? 1, sentence: inLanguage(wrongText.sentence) })}
@@ -51,7 +51,7 @@ export function Problems() {
         </li>
       )}
       {loose && (
-        <li data-severity="warning">
+        <li className="caution" data-severity="warning">
           <Icon name="warning" />
           <Button className={css.diagnostic} onPress={() => showBlock(loose.editor, loose.block)}>
             {t("editors.loose")}
@@ -59,7 +59,7 @@ export function Problems() {
         </li>
       )}
       {bySentence(shown ?? []).map((group, index) => (
-        <li key={`${group[0]!.code} ${group[0]!.path} ${index}`} data-severity={group[0]!.severity}>
+        <li className="caution" key={`${group[0]!.code} ${group[0]!.path} ${index}`} data-severity={group[0]!.severity}>
           <Icon name={group[0]!.severity} />
           <span>
             {group.map(({ path, block, editor, sentence }, at) => {

@@ -110,6 +110,7 @@ export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.
   lock(workspace);
   fitEveryBlock(workspace);
   keepFocusAfterDrag(workspace);
+  showWhatWasDropped(workspace);
   followNames(workspace);
   return workspace;
 }
@@ -123,6 +124,17 @@ function keepFocusAfterDrag(workspace: Blockly.WorkspaceSvg): void {
     if (!(event instanceof Blockly.Events.BlockDrag) || event.isStart) return;
     const block = workspace.getBlockById(event.blockId!);
     if (block && document.activeElement === document.body) Blockly.getFocusManager().focusNode(block);
+  });
+}
+
+/** Scroll to all of a block that was dropped: its fields are wanted next, and the blocks of a phone are low. */
+function showWhatWasDropped(workspace: Blockly.WorkspaceSvg): void {
+  workspace.addChangeListener((event) => {
+    if (!(event instanceof Blockly.Events.BlockDrag) || event.isStart) return;
+    void Blockly.renderManagement.finishQueuedRenders().then(() => {
+      const block = workspace.getBlockById(event.blockId!);
+      if (block) workspace.scrollBoundsIntoView(block.getBoundingRectangleWithoutChildren());
+    });
   });
 }
 

@@ -19,6 +19,7 @@ import { Sheet, TextButton } from "../ui/controls";
 import { storyOf } from "../words/story";
 import { playFrom, trials, useTrials } from "./trials";
 import css from "./certainty.module.css";
+import { classes } from "../ui/classes";
 
 interface ComparisonProps {
   /** What the two runs are called. */
@@ -60,7 +61,7 @@ export function Comparison({ names, onClose }: ComparisonProps) {
           <div className={css.stages}>
             {names.map((name, run) => (
               <figure key={name}>
-                <figcaption>{name}</figcaption>
+                <figcaption className="strong">{name}</figcaption>
                 <RunCanvas picture={pictures[run]} car={car} label={t("compare.stage", { name, time: clock(tMs) })} />
               </figure>
             ))}
@@ -141,12 +142,12 @@ function Lanes({ difference, names, tMs, onSeek }: { difference: Difference; nam
     background: colourOfWord(colours, each.word),
   });
   return (
-    <div className={css.lanes} role="group" aria-label={t("compare.lanes", { car: difference.car })}>
+    <div className={classes("stack tight anchor", css.lanes)} role="group" aria-label={t("compare.lanes", { car: difference.car })}>
       {difference.begun.map((lane, run) => (
         <ol key={run} aria-label={names[run]}>
           {lane.map((each, k) => (
             <li key={k} style={span(each, lane[k + 1]) as CSSProperties}>
-              <button type="button" title={told(each.word)} aria-label={`${clock(each.t_ms)} ${told(each.word)}`} onClick={() => onSeek(each.t_ms)} />
+              <button type="button" className="bare whole" title={told(each.word)} aria-label={`${clock(each.t_ms)} ${told(each.word)}`} onClick={() => onSeek(each.t_ms)} />
             </li>
           ))}
         </ol>

@@ -95,11 +95,11 @@ function Failures({ failed, onCompare }: LuckProps & { failed: readonly number[]
   }, [asked]);
   return (
     <>
-      <ul className={css.list} aria-label={t("luck.failed")}>
+      <ul className="column across" aria-label={t("luck.failed")}>
         {told.map((each) => {
           const failure = failures.get(each);
           return (
-            <li key={each}>
+            <li key={each} className={css.failure}>
               <span>
                 <b>{t("luck.run", { seed: each })}</b> {failure && inLanguage(failure.why)}
               </span>

@@ -13,7 +13,6 @@ import { IconButton, TextButton } from "../ui/controls";
 import { addStop, CAR_KINDS, nameOf, removeStop, useStops, zoneStop } from "./stops";
 import mat from "../mat/mat.module.css";
 import css from "./certainty.module.css";
-import { classes } from "../ui/classes";
 
 /** Stop when something happens to this car. */
 export function CarStops({ car }: { car: number }) {
@@ -106,9 +105,9 @@ export function StopList() {
           ))}
         </div>
       )}
-      <ul className={classes("wrap", css.stops)} aria-label={t("stops.chosen")}>
+      <ul className="wrap" aria-label={t("stops.chosen")}>
         {stops.map((stop, place) => (
-          <li key={place}>
+          <li key={place} className={css.stop}>
             <span>{nameOf(stop)}</span>
             <IconButton icon="close" label={t("stops.remove", { what: nameOf(stop) })} onPress={() => removeStop(place)} />
           </li>

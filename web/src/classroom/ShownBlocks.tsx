@@ -87,7 +87,7 @@ function Program({ editor, state }: { editor: EditorName; state: WorkspaceState 
   return (
     <section className={css.program} aria-label={say(`editors.${editor}Blocks`)}>
       <h2>{say(`editors.${editor}`)}</h2>
-      <div ref={host} />
+      <div className="fill anchor card clip" ref={host} />
     </section>
   );
 }

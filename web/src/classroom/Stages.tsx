@@ -10,6 +10,7 @@ import { watchTheme } from "../mat/colours";
 import { boxOf, type Cars, columnsFor, decodeWall, drawWorld, Tiles } from "./drawing";
 import { endAll, listen, watchSize } from "../ui/areas";
 import css from "./class.module.css";
+import { classes } from "../ui/classes";
 
 interface CanvasProps {
   world: WallWorld;
@@ -49,7 +50,7 @@ export function WorldCanvas({ world, label, tiles, nameOf }: CanvasProps) {
     return () => tiles.ready(world.pupil, null);
   }, [draw, tiles, world.pupil]);
   useEffect(() => endAll(watchLanguage(() => draw()), watchTheme(() => draw())), [draw]);
-  return <canvas ref={canvas} className={css.world} role="img" aria-label={label} />;
+  return <canvas ref={canvas} className={classes("whole", css.world)} role="img" aria-label={label} />;
 }
 
 interface TileProps extends CanvasProps {

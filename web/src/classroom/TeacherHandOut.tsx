@@ -5,6 +5,7 @@ import { post } from "../api/connection";
 import type { ClassView } from "../generated/classroom";
 import type { MissionEntry } from "../generated/messages";
 import { inLanguage, type KeyIn, useTexts } from "../i18n";
+import type { Picture as MatPicture } from "../mat/Picture";
 import { confirm } from "../state/questions";
 import { Action, Problem, Tick } from "../ui/page";
 import { useAttempt } from "./attempt";
@@ -14,7 +15,10 @@ import { Lessons } from "./Lessons";
 import { useOwnProjects } from "./TeacherWork";
 
 /** What draws is as large as the rest of the page: a mission shows its name before its picture, or without one. */
-const Picture = lazy(() => import("../mat/Picture").then(({ Picture }) => ({ default: Picture }), () => ({ default: () => null })));
+const Picture = lazy(async () => {
+  const { Picture } = await import("../mat/Picture").catch((): { Picture: typeof MatPicture } => ({ Picture: () => <span /> }));
+  return { default: Picture };
+});
 
 export function HandOutPart({ view }: { view: ClassView }) {
   const t = useTexts("class");

@@ -17,6 +17,7 @@ import { Scene } from "./scene";
 import { session } from "./session";
 import { ToolButton } from "../ui/fields";
 import css from "./mat.module.css";
+import { classes } from "../ui/classes";
 
 const PAN_PX = 60;
 const ZOOM = 1.25;
@@ -185,7 +186,7 @@ export function MatCanvas() {
   const bar = camera && !isChased && scaleBar(camera);
   return (
     <div
-      className={css.canvas}
+      className={classes("cover clip", css.canvas)}
       ref={host}
       role="application"
       tabIndex={0}

@@ -5,6 +5,7 @@ import { trials } from "../certainty/trials";
 import { inLanguage, useTexts } from "../i18n";
 import { useSettings } from "../state/settings";
 import { isHeard, useStudio } from "../state/studio";
+import { OutcomeOnStage } from "../missions/MissionStrip";
 import { useMission } from "../missions/store";
 import { endAll } from "../ui/areas";
 import { BehindView } from "./BehindView";
@@ -46,6 +47,7 @@ export function Stage() {
         <StoppedNotice />
         <ZoneCard />
         <DrawHint />
+        <OutcomeOnStage />
         <Narration />
         <Legend />
       </div>

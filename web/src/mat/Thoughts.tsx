@@ -6,6 +6,7 @@ import { freePlace } from "./bubbles";
 import { toScreen } from "./camera";
 import { chasedCar, useMat } from "./store";
 import css from "./mat.module.css";
+import { classes } from "../ui/classes";
 
 /** What cars think, above them: the service says it. The caption tells screen readers what happens. */
 export function Thoughts() {
@@ -46,7 +47,7 @@ export function Thoughts() {
 
   if (chased) return null;
   return (
-    <div className={css.thoughts} ref={host} aria-hidden="true">
+    <div className={classes("cover clip through", css.thoughts)} ref={host} aria-hidden="true">
       {thoughts.map(({ car, thought }) => (
         <p key={car} data-car={car} onClick={() => askWhy(car)}>
           {t(`mat.thoughts.${thought === "noProgram" && isWrong ? "wrongProgram" : thought}`)}

@@ -97,7 +97,7 @@ export function CarCard() {
   return (
     <section ref={card} className={css.why} aria-label={t("mat.car", { number: car })}>
       <Announced key={`${car} ${asked}`} text={told} />
-      <header>
+      <header className="row apart">
         <b>
           {t("mat.car", { number: car })} · {t(leads ? "mat.things.leader" : "mat.things.follower")}
         </b>

@@ -80,6 +80,7 @@ export class Scene {
   ) {
     this.context = this.canvas.getContext("2d", { alpha: false })!;
     this.canvas.setAttribute("aria-hidden", "true");
+    this.canvas.className = "cover";
     this.canvas.style.touchAction = "none";
     host.prepend(this.canvas);
     this.view = { ...viewOf(null), tracks: this.tracks };

@@ -40,7 +40,7 @@ function OwnMissions() {
       <h3>{t("missions.own")}</h3>
       <ul className={css.own}>
         {own.map(({ name }) => (
-          <li key={name}>
+          <li key={name} className="row tight">
             <Button className={css.ownName} aria-label={t("missions.playNamed", { name })} onPress={() => void start(() => playOwn(name))}>
               {name}
             </Button>

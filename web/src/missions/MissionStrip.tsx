@@ -1,7 +1,7 @@
 import { lazy, Suspense, useEffect, useRef } from "react";
 import { Button } from "react-aria-components";
 import { focusBlocks, offerBlocks } from "../blocks/workspaces";
-import type { CheckedGoal, GoalNow, Mission, MissionGoal } from "../generated/messages";
+import type { CheckedGoal, GoalNow, Mission, MissionGoal, MissionResult } from "../generated/messages";
 import { inLanguage, useLanguage, useTexts } from "../i18n";
 import { playFrom, useTrials } from "../certainty/trials";
 import { useMat } from "../mat/store";
@@ -36,7 +36,6 @@ function Task({ mission }: { mission: Mission }) {
   const goals = useMat((now) => now.goals);
   const { result, tries, hints, folded, told, ended } = useMission();
   const seed = useMat((now) => now.seed);
-  const stars = [...new Set(mission.goals.map(({ star }) => star))].sort();
   const foldButton = useRef<HTMLButtonElement>(null);
   // The pressed button disappears, so the focus goes to what it has brought.
   const fold = (now: boolean) => {
@@ -52,7 +51,7 @@ function Task({ mission }: { mission: Mission }) {
     >
       <header className={classes("wrap", css.head)}>
         <h2>{inLanguage(mission.name)}</h2>
-        <Stars stars={stars} earned={result?.earned ?? mission.earned} />
+        <Stars stars={starsOf(mission)} earned={result?.earned ?? mission.earned} />
         <span className={css.unfold}>
           <IconButton icon="down" label={t("missions.showTask")} onPress={() => fold(false)} />
         </span>
@@ -75,7 +74,7 @@ function Task({ mission }: { mission: Mission }) {
         <IconButton icon="close" label={t("missions.leave")} onPress={comeBack} />
       </header>
       <div role="status" className={css.outcome}>
-        {result ? <Outcome mission={mission} stars={stars} /> : <Foretold of={stars.length} />}
+        {result ? <Outcome mission={mission} result={result} /> : <Foretold of={starsOf(mission).length} />}
       </div>
       {told && <p>{inLanguage(mission.story)}</p>}
       {mission.edits === "bits" && <BitEditor />}
@@ -143,7 +142,7 @@ function GoalLine({ goal, now, checked, isEarned, seed }: GoalLineProps) {
           {(isEarned ? "★" : "☆").repeat(goal.star)}
         </span>
         {lost && (
-          <span className={css.why}>
+          <span className={classes("wrap quiet", css.why)}>
             <span>{inLanguage(lost.why)}</span>
             {other !== null && <span>{t("missions.otherLuck")}</span>}
             {lost.t_ms ? <TextButton small onPress={() => watch(lost.t_ms!, lost.cars)}>{t("missions.watch")}</TextButton> : null}
@@ -154,6 +153,24 @@ function GoalLine({ goal, now, checked, isEarned, seed }: GoalLineProps) {
   );
 }
 
+/** How a run ended, on the stage of a phone: there the blocks have the task's room, and stay where they are. */
+export function OutcomeOnStage() {
+  const t = useTexts();
+  const { mission, result, folded } = useMission();
+  const isOver = useMat(({ goals, past }) => (goals?.is_over ?? false) && !past);
+  if (!mission || !result || !folded || !isOver) return null;
+  return (
+    <div role="status" className={css.onStage}>
+      <Outcome mission={mission} result={result} />
+      {!result.stars.length && (
+        <TextButton small onPress={() => useMission.setState({ folded: false })}>{t("missions.showTask")}</TextButton>
+      )}
+    </div>
+  );
+}
+
+const starsOf = ({ goals }: Mission) => [...new Set(goals.map(({ star }) => star))].sort();
+
 /** While the cars drive: the stars that the program earns on all seeds of the mission. */
 function Foretold({ of }: { of: number }) {
   const t = useTexts();
@@ -163,9 +180,8 @@ function Foretold({ of }: { of: number }) {
 }
 
 /** The stars of the last run, and what was learned; or the usual mistake that was made. */
-function Outcome({ mission, stars }: { mission: Mission; stars: readonly number[] }) {
+function Outcome({ mission, result }: { mission: Mission; result: MissionResult }) {
   const t = useTexts();
-  const result = useMission((now) => now.result)!;
   if (result.steps) return <p>{inLanguage(result.steps)}</p>;
   if (!result.stars.length) {
     const { mistake } = result;
@@ -175,7 +191,7 @@ function Outcome({ mission, stars }: { mission: Mission; stars: readonly number[
   return (
     <>
       <p className="strong">
-        <Stars stars={stars} earned={result.stars} /> {inLanguage(mission.learned)}
+        <Stars stars={starsOf(mission)} earned={result.stars} /> {inLanguage(mission.learned)}
       </p>
       <div className="wrap">
         <TextButton small primary onPress={next}>{t(mission.next ? "missions.next" : "missions.choose")}</TextButton>

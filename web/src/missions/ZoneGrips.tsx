@@ -17,7 +17,7 @@ export function ZoneGrips() {
   const scene = useMat((now) => now.scene);
   if (!draft || !scene) return null;
   return (
-    <div className={css.grips} role="group" aria-label={t("missions.zones")}>
+    <div className="cover clip through" role="group" aria-label={t("missions.zones")}>
       {draft.zones.flatMap((_, place) =>
         (["move", "stretch"] as const).map((action) => (
           <Grip key={`${place} ${action}`} scene={scene} draft={draft} place={place} action={action} />

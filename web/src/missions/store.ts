@@ -108,7 +108,7 @@ async function checkRun(mission: Mission): Promise<void> {
     const tries = before + (result.stars.length < all.size ? 1 : 0);
     // Only the first end of a run folds the story; who shows it again keeps it.
     const told = ended && useMission.getState().told;
-    useMission.setState({ result, tries, mission, folded: false, told, ended: true });
+    useMission.setState({ result, tries, mission, told, ended: true });
   });
 }
 

@@ -90,7 +90,7 @@ export function LibraryDialog() {
           void save();
         }}
       >
-        <TextField value={name} onChange={(text) => useStudio.setState({ name: text })} autoFocus>
+        <TextField className="column tight fill" value={name} onChange={(text) => useStudio.setState({ name: text })} autoFocus>
           <Label>{t("library.saveAs")}</Label>
           <Input maxLength={80} placeholder={t("project.unnamed")} />
         </TextField>
@@ -184,7 +184,7 @@ export function ShareDialog() {
     <Sheet title={t("share.title")}>
       <p>{t("share.about")}</p>
       <div className={css.beside}>
-        <TextField value={link} isReadOnly>
+        <TextField className="column tight fill" value={link} isReadOnly>
           <Label>{t("share.link")}</Label>
           <Input onFocus={(event) => event.target.select()} />
         </TextField>

@@ -17,9 +17,9 @@ export default function FunctionList() {
             <dd>
               {meaningOf(call)}
               {call.parameters.map((each) => (
-                <small key={each.name}>
+                <p key={each.name} className="quiet small">
                   <code>{each.name}</code> {rangeOf(each)}
-                </small>
+                </p>
               ))}
               <code>{call.example}</code>
             </dd>

@@ -95,6 +95,7 @@ function View({ car, name }: { car: string; name: string }) {
       {open && visible && (
         <img
           key={source}
+          className="whole"
           src={source}
           alt={t("camera", { name })}
           onError={() => setTimeout(() => setTries((count) => count + 1), AGAIN_MS)}

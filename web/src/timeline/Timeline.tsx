@@ -102,6 +102,7 @@ function Lanes({ words, spanMs, cars }: { words: readonly CompiledWord[]; spanMs
               <button
                 key={car}
                 type="button"
+                className="bare figures across"
                 tabIndex={-1}
                 style={{ height: LANE_PX }}
                 aria-pressed={car === chosen}

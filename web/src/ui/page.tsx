@@ -32,7 +32,7 @@ export function Page({ title, tools, settings, className, children }: PageProps)
     <div className={css.page}>
       <header className={css.bar}>
         <h1>{title}</h1>
-        <div className={css.tools}>{tools}</div>
+        <div className={classes("wrap end", css.tools)}>{tools}</div>
         <SettingsSheet>{settings}</SettingsSheet>
       </header>
       <SocketNotice />
@@ -88,7 +88,7 @@ interface ChoiceProps {
 /** A list of which one entry is chosen, and its label. */
 export function Choice({ label, value, onChange, children }: ChoiceProps) {
   return (
-    <label className={css.choice}>
+    <label className={classes("wrap", css.choice)}>
       {label}
       <select value={value} onChange={(event) => onChange(event.target.value)}>
         {children}

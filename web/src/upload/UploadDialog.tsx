@@ -215,7 +215,7 @@ function ResultBox({ tone, title, children }: { tone: "success" | "warning" | "e
   return (
     <div className={css.result} data-tone={tone} role={tone === "error" ? "alert" : "status"}>
       <Icon name={tone === "success" ? "done" : tone} />
-      <div>
+      <div className="column fill">
         <b>{title}</b>
         {typeof children === "string" ? <p>{children}</p> : children}
       </div>

@@ -23,6 +23,8 @@ constexpr motorcade::CarSettings CAR = {
     NO_PIN,  // standby
     {0, 85, 170, 255},  // drive_duties
     {0, 85, 170, 255},  // turn_duties
+    100,  // left_duty_percent
+    100,  // right_duty_percent
     {NO_PIN, NO_PIN, NO_PIN, NO_PIN},  // leds
     NO_PIN,  // pixels
     1,  // pixel_count

@@ -24,6 +24,8 @@ constexpr motorcade::CarSettings CAR = {
     NO_PIN,  // standby
     {0, 115, 180, 255},  // drive_duties
     {0, 115, 180, 255},  // turn_duties
+    100,  // left_duty_percent
+    100,  // right_duty_percent
     {22, 23, 24, 25},  // leds
     NO_PIN,  // pixels
     1,  // pixel_count

@@ -70,7 +70,9 @@ class TwoMotors(MotorPair):
     def __init__(self, pins: PinMap, profile: Profile, factory: Any, devices: ExitStack) -> None:
         self._max_duty = profile.motor.pwm_max
         left, right = (GpioMotor(pins, part, factory, devices) for part in ("left_motor", "right_motor"))
-        super().__init__(left, right, *_duties(pins, self._max_duty))
+        wheels = profile.wheels
+        percents = (wheels.left_duty_percent, wheels.right_duty_percent)
+        super().__init__(left, right, *_duties(pins, self._max_duty), percents)
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
         left, right = motor_duties(angle_deg, direction, min(speed, self._max_duty))

@@ -174,7 +174,13 @@ class AnyBoard(MicroPythonBoard):
             self._inputs[part] = [_input(machine, number, options.get(part, {})) for number in numbers]
         if "left_motor" in pins and "right_motor" in pins:
             left, right = [_side(machine, pins, options, side) for side in ("left", "right")]
-            self._wheels = MotorPair(left, right, settings["drive_duties"], settings["turn_duties"])
+            self._wheels = MotorPair(
+                left,
+                right,
+                settings["drive_duties"],
+                settings["turn_duties"],
+                settings.get("duty_percents", (100, 100)),
+            )
         if "ultrasonic" in pins:
             # An ESP32 has no hard interrupts.
             interrupt = {"hard": True} if modules.platform != "esp32" else {}

@@ -79,21 +79,29 @@ class MotorPair:
     Args:
         left, right: motors with a method ``drive`` as Motor's.
         drive_duties, turn_duties: duties for speed levels 0 to 3, straight on and turning on the spot.
+        percents: the share of its duty that each motor gets.
     """
 
     def __init__(
-        self, left: "Drivable", right: "Drivable", drive_duties: "Sequence[int]", turn_duties: "Sequence[int]"
+        self,
+        left: "Drivable",
+        right: "Drivable",
+        drive_duties: "Sequence[int]",
+        turn_duties: "Sequence[int]",
+        percents: "Sequence[int]" = (100, 100),
     ) -> None:
         self._left = left
         self._right = right
+        self._percents = percents
         self._duties = ((FORWARD, drive_duties, 1, 1), (LEFT, turn_duties, -1, 1), (RIGHT, turn_duties, 1, -1))
 
     def set(self, direction: int, speed_level: int) -> None:
         """Turn the wheels; arguments as of `motorcade.car.board.Board.set_wheels`."""
         for known, duties, left, right in self._duties:
             if known == direction:
-                self._left.drive(left * duties[speed_level])
-                self._right.drive(right * duties[speed_level])
+                left_percent, right_percent = self._percents
+                self._left.drive(left * (duties[speed_level] * left_percent // 100))
+                self._right.drive(right * (duties[speed_level] * right_percent // 100))
 
 
 class Ultrasonic:
