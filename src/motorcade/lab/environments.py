@@ -167,13 +167,13 @@ class ParallelCars(ParallelEnv[str, Singles, Numbers]):
 
     def _chosen(self, actions: Mapping[str, Any]) -> Any:
         """The actions of all agents; zeros for those that don't act."""
-        chosen = [actions.get(agent, 0) for agent in self.possible_agents]
+        nothing = [0] * len(self.choices) if self._stepped.is_by_fields else 0
+        chosen = [actions.get(agent, nothing) for agent in self.possible_agents]
         try:
             return np.array(chosen).reshape(1, len(chosen), -1)
         except ValueError:
             # Some are numbers and some are arrays.
-            nothing = np.zeros(len(self.choices), np.int64)
-            return [[np.reshape(actions.get(agent, nothing), -1) for agent in self.possible_agents]]
+            return [[np.reshape(action, -1) for action in chosen]]
 
     def _show(self) -> None:
         if self.render_mode == "human":

@@ -105,14 +105,10 @@ Look = Callable[[Sight], None]
 
 def check_image(mission: Mission, image: bytes, look: Look | None = None) -> Result:
     """Check an image; its steps are those that it decompiles to. Raises MotorcadeError where it can't be simulated."""
-    return _check(mission, image, _decompiled(image), open_worlds_here, look)
-
-
-def _decompiled(image: bytes) -> Program | None:
-    """The program of an image; None where it decompiles to none."""
+    program = None
     with suppress(DecompileError):
-        return decompile(bytes_to_words(image))
-    return None
+        program = decompile(bytes_to_words(image))
+    return _check(mission, image, program, open_worlds_here, look)
 
 
 def check_program(
@@ -198,11 +194,11 @@ def stars_of(results: Sequence[GoalResult]) -> frozenset[int]:
     return frozenset(earned)
 
 
-def own_stars(mission: Mission, image: bytes, trials: Sequence[Trial]) -> list[int]:
-    """The stars that a program earns on the mission's own seeds, but for those whose goals other seeds decide."""
-    result = steps_result(mission, _decompiled(image))
-    if result is not None and not result.met:
-        return []
+def own_stars(mission: Mission, trials: Sequence[Trial]) -> list[int]:
+    """The stars of a program by its runs on the mission's own seeds.
+
+    Stars whose goals other seeds decide are not among them. An image doesn't say which steps its program has.
+    """
     lost = {goal.star for goal in mission.goals if GOALS[goal.kind].tries_other_seeds}
     for trial in trials:
         lost |= {goal.star for goal, met in zip(mission.goals, trial.met, strict=True) if not met}

@@ -112,7 +112,7 @@ class _Try:
         if not self._own.is_over:
             self._own_trials += self._own.advance()
             if self._own.is_over:
-                self._stars = own_stars(self._mission, self._image, self._own_trials)
+                self._stars = own_stars(self._mission, self._own_trials)
                 return [self.luck()]
             return []
         ended = self._odds.advance()
