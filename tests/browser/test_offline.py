@@ -39,9 +39,10 @@ def builds(page_built: None, tmp_path_factory: pytest.TempPathFactory) -> list[d
     # The same archive, with a comment at its end.
     python = python_zip()
     with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("motorcade.browser.site.python_zip", lambda: python)
+        first = site_files()
         patched.setattr("motorcade.browser.site.python_zip", lambda: python[:-2] + b"\x05\x00other")
-        following = site_files(page)
-    return [site_files(), following]
+        return [first, site_files(page)]
 
 
 @pytest.fixture
