@@ -32,7 +32,7 @@ _KINDS = tuple(name for _, name in CONDITIONS)
 _FAR_MM = 1 << 20
 
 
-class Asked(NamedTuple):
+class AskedCondition(NamedTuple):
     """A condition of a word, without whether it has to be met; ``counter`` and ``value`` are 0 where it has none."""
 
     condition: int
@@ -45,7 +45,7 @@ class Decision(NamedTuple):
     """A condition by which a leader went: what was asked, whether it was met, and when."""
 
     t_ms: int
-    asked: Asked
+    asked: AskedCondition
     is_met: bool
 
 
@@ -122,7 +122,7 @@ class Deciding:
         """Whether a car is one of these leaders."""
         return car in self._ways
 
-    def phrase(self, asked: Asked, is_met: bool) -> Phrase:
+    def phrase(self, asked: AskedCondition, is_met: bool) -> Phrase:
         """Say that a condition was met, or that it wasn't: 'nothing was nearer than 20 cm'."""
         kind = _KINDS[asked.condition]
         answer = "no"
@@ -195,7 +195,7 @@ def doing(word: int) -> Phrase:
     return Phrase(f"doing-{what}")
 
 
-def _asked_in(words: Sequence[int]) -> Iterator[tuple[int, Asked]]:
+def _asked_in(words: Sequence[int]) -> Iterator[tuple[int, AskedCondition]]:
     """Yield the condition of each leader word that has one, by its index in the image."""
     for index, word in enumerate(words[1 : 1 + (words[0] >> 24)], 1):
         asked = _asked_by(word)
@@ -203,16 +203,16 @@ def _asked_in(words: Sequence[int]) -> Iterator[tuple[int, Asked]]:
             yield index, asked
 
 
-def _asked_by(word: int) -> Asked:
+def _asked_by(word: int) -> AskedCondition:
     if word >> 31 == 0:
         state = STATE_WORD.decode(word)
-        return Asked(state.until, state.until_level)
+        return AskedCondition(state.until, state.until_level)
     flow = FLOW.decode(word)
     if flow.op > CALL:
-        return Asked(ALWAYS, 0)
+        return AskedCondition(ALWAYS, 0)
     if flow.condition != COUNTER:
-        return Asked(flow.condition, flow.level)
-    return Asked(flow.condition, flow.level, flow.counter, flow.value)
+        return AskedCondition(flow.condition, flow.level)
+    return AskedCondition(flow.condition, flow.level, flow.counter, flow.value)
 
 
 def _decision_of(event: Event, leader_words: int) -> Decision | None:
