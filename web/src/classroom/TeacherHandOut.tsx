@@ -28,8 +28,11 @@ export function HandOutPart({ view }: { view: ClassView }) {
   const [missions, setMissions] = useState<MissionEntry[]>([]);
   const [to, setTo] = useState<readonly string[]>([]);
   const [done, setDone] = useState("");
-  // Path by path and in order.
-  useEffect(() => void attempt(async () => setMissions((await post("/api/missions", {})) as MissionEntry[])), []);
+  useEffect(() => {
+    // Path by path and in order.
+    void attempt(async () => setMissions((await post("/api/missions", {})) as MissionEntry[]));
+    // eslint-disable-next-line react-hooks/exhaustive-deps
+  }, []);
   const send = async (message: { name: string } | { mission: { id: string } }, what: string) => {
     const isForAll = to.length === 0;
     const text = t("mission" in message ? "handOutMissionAsk" : "handOutProjectAsk", { what, count: view.pupils.length });

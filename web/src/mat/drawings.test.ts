@@ -45,7 +45,7 @@ it("a stage that gets another size is painted before the browser shows it", () =
   const painted = watchCanvases();
   const host = document.createElement("div");
   const resize = (width: number) => Object.defineProperties(host, { clientWidth: { value: width, configurable: true }, clientHeight: { value: 150, configurable: true } });
-  let changed = () => undefined as void;
+  let changed: () => void = vi.fn();
   vi.stubGlobal("ResizeObserver", class { constructor(act: () => void) { changed = act; } observe = vi.fn(); disconnect = vi.fn(); });
   vi.stubGlobal("requestAnimationFrame", vi.fn());
   resize(300);

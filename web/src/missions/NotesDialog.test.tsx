@@ -8,7 +8,7 @@ import { startTexts } from "../i18n";
 import { openNotes, useDialogs } from "../state/dialogs";
 import { NotesDialog } from "./NotesDialog";
 
-const PLACE = { path: "swarm", mat: { format: "motorcade-mat/1", name: "" }, zones: [], minutes: 10 };
+const PLACE = { path: "swarm", mat: { format: "motorcade-mat/1" as const, name: "" }, zones: [], minutes: 10 };
 const MISSIONS: MissionEntry[] = ["first", "second"].map((id, k) => ({ ...PLACE, id, name: { en: `The ${id}` }, order: k + 1, stars: [1], earned: [] }));
 /** Only the first mission has all that a teacher can be told. */
 const notesOf = (id: string): MissionNotes => {
@@ -28,7 +28,7 @@ beforeEach(() => {
   vi.stubGlobal("ResizeObserver", class { observe = vi.fn(); unobserve = vi.fn(); disconnect = vi.fn(); });
   useDialogs.setState({ open: "notes", notesOf: null });
   connectTo({
-    ask: (name, message) => Promise.resolve(name === "missions" ? MISSIONS : notesOf((message as { id: string }).id)) as never,
+    ask: (name, message) => Promise.resolve(name === "missions" ? MISSIONS : notesOf((message as { id: string }).id)),
     openStream: () => {
       throw new Error("notes open no stream");
     },
