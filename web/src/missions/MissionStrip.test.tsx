@@ -27,7 +27,9 @@ beforeAll(() => startTexts(texts));
 afterEach(() => {
   cleanup();
   // Files of tests share the page's state.
-  [useMission, useTrials, useMat].forEach((store) => store.setState(store.getInitialState() as never));
+  useMission.setState(useMission.getInitialState());
+  useTrials.setState(useTrials.getInitialState());
+  useMat.setState(useMat.getInitialState());
 });
 
 it("tells while the cars drive how many stars the program earns on all seeds of the mission", () => {
