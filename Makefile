@@ -9,6 +9,8 @@ MORE := .venv/.more
 # Without the packages that tests never import.
 COMPILE = $(BIN)/python -m compileall -qq -j 0 -x '/(babel|dask|fontTools|mypy|mypyc|numba|pip|setuptools)/' .venv src
 INSTALL = $(PIP) install --no-compile --no-deps --require-hashes --requirement
+EDITABLE = $(PIP) install --no-deps --no-build-isolation --editable .
+TOUCH = $(BIN)/python -c 'import pathlib; [pathlib.Path(name).touch() for name in "$(1)".split()]'
 
 .PHONY: setup run demo page wheel site quick test soak lint types format generate stale docs bench screenshots stages first-missions lock clean
 
@@ -20,25 +22,25 @@ demo: $(USERS) ## everything without a browser: compile, upload, verify, drive, 
 
 setup: $(DEVELOPERS)
 
-# Developers get all of their packages at once.
+# `make test` of a clean clone installs all at once: $(DEVELOPERS) ends what $(USERS) begins.
 $(DEVELOPERS): DEVELOPING := yes
 
 $(USERS): requirements.lock pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit("Motorcade needs Python 3.11 or newer; this is " + sys.version.split()[0] if sys.version_info < (3, 11) else 0)'
 	@echo "Motorcade is being installed into .venv: about a minute, the first time only."
 	$(PYTHON) -m venv .venv
-	$(INSTALL) $(if $(DEVELOPING),requirements-dev.lock,requirements.lock)
-	$(if $(DEVELOPING),$(BIN)/python hatch_build.py install)
-	$(PIP) install --no-deps --no-build-isolation --editable .
+	$(INSTALL) requirements.lock
+	$(if $(DEVELOPING),,$(EDITABLE))
 	@# What built the page takes much room; developers keep it.
 	$(if $(DEVELOPING)$(wildcard $(DEVELOPERS)),,$(BIN)/python -c 'import shutil; shutil.rmtree("web/node_modules", ignore_errors=True)')
-	$(BIN)/python -c 'import pathlib; pathlib.Path("$(USERS)").touch()'
+	$(if $(DEVELOPING),,$(call TOUCH,$(USERS)))
 
 $(DEVELOPERS): requirements-dev.lock $(USERS)
-	$(INSTALL) requirements-dev.lock
-	$(BIN)/python hatch_build.py install
+	@# Each uses one processor; Node came with what users need.
+	$(INSTALL) requirements-dev.lock & $(BIN)/python hatch_build.py install && $(BIN)/python hatch_build.py build && wait $$!
+	$(EDITABLE)
 	$(COMPILE)
-	$(BIN)/python -c 'import pathlib; pathlib.Path("$(DEVELOPERS)").touch()'
+	$(call TOUCH,$(USERS) $(DEVELOPERS))
 
 # A fuzzer, and the peers that are measured.
 $(MORE): requirements-more.lock $(DEVELOPERS)
@@ -62,7 +64,7 @@ quick: setup ## lint, types, and the tests of words, cars, programs and driving 
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	@# mypy uses one processor.
-	$(BIN)/mypy & $(BIN)/python -m pytest --hypothesis-profile few --numprocesses auto --dist loadfile $(QUICK) && wait $$!
+	$(BIN)/mypy & $(BIN)/python -m pytest --hypothesis-profile few --numprocesses logical --dist loadfile $(QUICK) && wait $$!
 
 test: setup
 	@# Debian's packages are fetched, and the tests compiled, while the page's own tests run. Tests that need packages wait.

@@ -125,9 +125,15 @@ def build_lock() -> FileLock:
     return FileLock(Path(tempfile.gettempdir()) / "motorcade-tests-build.lock")
 
 
-def pytest_xdist_auto_num_workers() -> int:
-    """The number of processes that run the tests: three more than processors, since many tests wait."""
-    return (os.cpu_count() or 1) + 3
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """The number of processes that run the tests: three more than processors, since many tests wait.
+
+    Those of `make quick` don't, and ask for no more than processors: each process imports the tests first.
+    """
+    processors = os.cpu_count() or 1
+    if config.option.numprocesses == "logical":
+        return processors
+    return processors + 3
 
 
 @pytest.hookimpl(wrapper=True)

@@ -17,6 +17,9 @@ NO_INFRARED = {"en": "A leader can't be set to accept infrared.", "zh": "无法�
 COLOUR = "element => getComputedStyle(element).backgroundColor"
 TOO_MANY = {"en": "The serial modules in use are more than 255", "zh": "所用的串行模块数目已经大于255"}
 
+# The journeys of `test_site.py` go through these in English.
+IN_BOTH = pytest.mark.parametrize("language", ["zh", pytest.param("en", marks=pytest.mark.soak)])
+
 
 @pytest.fixture
 def example_words(tmp_path: Path) -> list[str]:
@@ -161,7 +164,7 @@ def test_a_block_highlights_its_bits_and_bits_select_their_block(show) -> None:
     expect(lit.and_(studio.words_table.get_by_label("28–27"))).to_have_count(1)
 
 
-@pytest.mark.parametrize("language", ["zh", "en"])
+@IN_BOTH
 def test_more_states_than_a_car_holds_are_refused(show, language) -> None:
     studio = show(language=language, project=TOO_LONG)
     expect(studio.diagnostics).to_contain_text([TOO_MANY[language]])
@@ -179,7 +182,7 @@ def test_more_states_than_a_car_holds_are_refused(show, language) -> None:
     assert serious_barriers(studio.page) == []
 
 
-@pytest.mark.parametrize("language", ["zh", "en"])
+@IN_BOTH
 def test_blocks_are_copied_between_the_editors_but_for_a_leaders_infrared(show, language) -> None:
     studio = show(language=language, project=SHELTERED)
     block = studio.block("followers", studio.say("blocks.infrared").partition(" ")[0])

@@ -123,8 +123,8 @@ def test_a_project_is_saved_to_a_file_and_a_link_and_opened(open_page, tmp_path)
     assert "#" not in linked.page.url
 
 
-def test_blocks_and_words_are_exported(open_page) -> None:
-    studio = open_page(project=EXAMPLE)
+def test_blocks_and_words_are_exported(show) -> None:
+    studio = show(EXAMPLE)
     for key, beginning in (("csv", "index,part,hex"), ("svg", "<svg"), ("png", "PNG")):
         with studio.page.expect_download() as download:
             studio.project_menu(f"export.{key}")
@@ -176,8 +176,8 @@ def test_every_example_opens_and_drives(open_page) -> None:
         expect(studio.diagnostics.filter(has_text="can't")).to_have_count(0)
 
 
-def test_another_project_is_framed_however_far_the_stage_was_zoomed(open_page) -> None:
-    studio = open_page(project=EXAMPLE)
+def test_another_project_is_framed_however_far_the_stage_was_zoomed(show) -> None:
+    studio = show(EXAMPLE)
     studio.page.get_by_role("application", name=studio.say("mat.canvas")).press("+")
     expect(studio.mat_button("frame")).to_be_visible()
     mat = {"format": "motorcade-mat/1", "name": "Far", "car": [{"at_m": [40, 40], "role": "leader"}]}
@@ -195,17 +195,16 @@ def test_a_mat_is_saved_as_a_file_and_opened_in_another_project(open_page, tmp_p
     assert path.name == "Pair.mat.json"
     assert len(read_mat(path).starts) == 2
 
-    other = open_page(project=EXAMPLE)
+    studio.take(EXAMPLE)
     # The console tells of an answer that refuses.
-    other.forgive("400")
-    other.look_up("swarm")
-    with other.page.expect_file_chooser() as chooser:
-        other.mat_button("open").click()
+    studio.forgive("400")
+    with studio.page.expect_file_chooser() as chooser:
+        studio.mat_button("open").click()
     chooser.value.set_files(path)
-    other.wait_until_stored('"name":"Pair"')
-    other.undo()
-    other.wait_until_stored('"name":"Table"')
-    with other.page.expect_file_chooser() as chooser:
-        other.mat_button("open").click()
+    studio.wait_until_stored('"name":"Pair"')
+    studio.undo()
+    studio.wait_until_stored('"name":"Table"')
+    with studio.page.expect_file_chooser() as chooser:
+        studio.mat_button("open").click()
     chooser.value.set_files({"name": "broken.toml", "mimeType": "", "buffer": b"format ="})
-    expect(other.notices).to_contain_text("broken.toml")
+    expect(studio.notices).to_contain_text("broken.toml")

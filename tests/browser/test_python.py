@@ -104,8 +104,8 @@ def test_what_fits_is_listed_beside_the_text_and_while_typing(open_page) -> None
     assert studio.faults == []
 
 
-def test_a_wrong_block_says_what_would_fix_it_and_keeps_the_cars_from_driving(open_page) -> None:
-    studio = open_page(project=Program([wait(1), forward(1.5)]).as_dict())
+def test_a_wrong_block_says_what_would_fix_it_and_keeps_the_cars_from_driving(show) -> None:
+    studio = show(Program([wait(1), forward(1.5)]).as_dict())
     studio.expect_words(["01000000", "60800000"])
     studio.play()
     expect(studio.notices).to_contain_text("1.5 s can't be made")

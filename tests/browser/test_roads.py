@@ -110,7 +110,7 @@ def loop_in_town() -> list[tuple[float, float]]:
     ]
 
 
-@pytest.mark.parametrize("touches", [False, True], ids=["mouse", "touch"])
+@pytest.mark.parametrize("touches", [pytest.param(False, marks=pytest.mark.soak), True], ids=["mouse", "touch"])
 def test_a_beginner_draws_a_road_that_a_convoy_follows_with_few_taps(open_page, touches) -> None:
     studio = open_page(plain=True, level="start", has_touch=touches)
     taps = 1  # It ends the tour.

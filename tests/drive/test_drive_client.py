@@ -56,7 +56,9 @@ async def test_driving_for_a_time_ends_by_itself():
 async def test_driving_for_a_time_begins_when_the_car_can_move_however_slow_the_network_is():
     async with loop_car() as car, behind_proxies(car) as (driver, proxies):
         for proxy in proxies:
-            proxy.delay_s = 0.15
+            proxy.delay_s = 0.25
+        # The client knows the car, which has not asked for the client's clock yet.
+        await until(lambda: driver.you)
         await driver.drive_for(0.4, 0.5)
         await until(lambda: car.board.has_moved() and not car.board.moves)
 

@@ -203,17 +203,16 @@ def multicast(places: Sequence[tuple[str, str, int, str]], random: Random) -> di
     announced = {name: place for name, *place in places}
 
     class CarNetwork:
-        zeroconf = None
-
         def __init__(self, interfaces: object) -> None:
-            pass
+            self.zeroconf = interfaces
 
         async def async_close(self) -> None:
             pass
 
     class NetworkBrowser:
-        def __init__(self, network: object, service: str, handlers: list[Callable[..., None]]) -> None:
-            for name in announced:
+        def __init__(self, interfaces: object, service: str, handlers: list[Callable[..., None]]) -> None:
+            # Who looks at no interface hears nothing.
+            for name in announced if interfaces else ():
                 asyncio.get_running_loop().call_later(random.uniform(0.01, 2.0), _tell, handlers[0], name)
 
         async def async_cancel(self) -> None:
@@ -235,7 +234,7 @@ def multicast(places: Sequence[tuple[str, str, int, str]], random: Random) -> di
             return [self._host]
 
     outer, inner = ModuleType("zeroconf"), ModuleType("zeroconf.asyncio")
-    outer.InterfaceChoice = SimpleNamespace(All=0)  # type: ignore[attr-defined]
+    outer.InterfaceChoice = SimpleNamespace(All="all")  # type: ignore[attr-defined]
     names: dict[str, Any] = {
         "AsyncServiceBrowser": NetworkBrowser,
         "AsyncServiceInfo": Info,

@@ -26,7 +26,9 @@ def test_settings_that_the_chip_does_not_support_are_refused():
     assert "different UARTs" in refused(RP2040 + "[serial]\ntransmit = 0\nreceive = 9\n")
     assert "the other one" in refused(RP2040 + "[serial]\ntransmit = 8\nreceive = 9\n[voice]\nreceive = 21\n")
     pi = 'format = "motorcade-pins/1"\nname = "Pi"\nchip = "raspberry-pi"\n[pir]\noutput = 5\n'
-    assert "Raspberry Pi" in refused(pi)
+    assert "motorcade car run" in refused(pi)
+    uno = pi.replace("raspberry-pi", "arduino-uno").replace("output = 5", 'output = "D7"')
+    assert "motorcade arduino-library" in refused(uno)
 
 
 @pytest.mark.parametrize(("pins", "uart"), [((0, 1), 0), ((4, 5), 1), ((8, 9), 1), ((12, 13), 0), ((16, 17), 0)])

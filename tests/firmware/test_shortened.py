@@ -17,6 +17,7 @@ from small import numbers
 from small.ends import LOW
 from small.numbers import MASK as MOST
 COUNT = 0
+NONE = 0
 NAMES = ("a", "b")
 
 
@@ -44,7 +45,7 @@ def shadowed(MOST: int) -> int:
 
 def used(x: int) -> "Any":
     x, y = LOW - x, numbers.MASK ** 2
-    return x, y, f"{MOST}", NAMES[LOW], numbers.WORD & ~x, -LOW
+    return x, y, f"{MOST}", NAMES[LOW], numbers.WORD & ~x, -LOW, 3 - NONE, NONE + x, (x >> NONE) + NONE, NONE - x
 '''
 FILES = {
     "lib/small/__init__.py": b"",
@@ -78,6 +79,6 @@ def test_what_is_shortened_does_the_same_and_modules_of_constants_are_gone(tmp_p
     assert short["main.py"] == FILES["main.py"]
     expected = result(tmp_path / "whole", FILES, monkeypatch)
     assert result(tmp_path / "short", short, monkeypatch) == expected
-    for gone in (b"numbers.WORD", b"LOW", b"Keep both", b"= (b, a)", b"->"):
+    for gone in (b"numbers.WORD", b"LOW", b"NONE + x", b"x >> NONE", b"Keep both", b"= (b, a)", b"->"):
         assert gone in USER.replace(b"b, a", b"(b, a)")
-        assert gone not in short["lib/small/user.py"]
+        assert gone.replace(b"NONE", b"0") not in short["lib/small/user.py"]

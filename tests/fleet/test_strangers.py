@@ -2,8 +2,10 @@
 
 import asyncio
 from contextlib import asynccontextmanager
+from random import Random
 
 import pytest
+from tests.faults.room_cars import multicast, multicast_of
 from zeroconf import DNSOutgoing, ServiceInfo, Zeroconf
 from zeroconf.const import _FLAGS_AA, _FLAGS_QR_RESPONSE
 
@@ -13,6 +15,7 @@ from motorcade.fleet.found import Turns
 from motorcade.fleet.places import CAR, CLASS, DRIVE, SERVICE, network_place, safe_name
 from motorcade.words.request import STOP
 from support.driven_car import DrivenCar
+from support.mock_clock import mock_clock, pass_time
 from support.rooms import in_loop, server, simulated_cars
 from support.waiting import DEADLINE_S, until
 
@@ -107,6 +110,37 @@ async def test_a_drive_server_that_answers_keeps_its_connection_and_a_silent_one
             cars.order(STOP)
             await until(lambda: car.control.telemetry().state == "stopped", PATIENCE_S)
             assert begun.count(car.port) == 1
+
+
+@in_loop
+async def test_where_a_drive_server_was_a_car_is_found_and_stopped(monkeypatch):
+    # What has answered is left in peace for seconds before it is asked otherwise.
+    monkeypatch.setattr("motorcade.fleet.contact.AWAY_S", 0.05)
+    monkeypatch.setattr("motorcade.fleet.contact._AGAIN_S", 0.05)
+    async with Cars() as cars:
+        with DrivenCar() as driven:
+            port = driven.port
+            cars.add(found(HOST, port, DRIVE, driven.telemetry_port))
+            await until(lambda: cars.statuses() and cars.statuses()[0].state == "ready")
+        with simulated_cars(1, port=port) as (car,):
+            cars.order(STOP)
+            await until(lambda: [each.state for each in cars.statuses() if not each.away] == ["stopped"])
+            assert car.wheels == (0, 0)
+
+
+@pytest.mark.parametrize(("count", "is_whole"), [(64, True), (65, False)])
+@mock_clock
+async def test_classes_that_are_announced_again_crowd_nobody_out(count, is_whole, monkeypatch):
+    monkeypatch.setattr("motorcade.fleet.cars.ports", list)
+    numbers = range(1, count + 1)
+    records = [(f"{time} {number}.", f"127.0.2.{number}", 7710, CLASS) for time in "ab" for number in numbers]
+    with multicast_of(multicast(records, Random(1))):
+        async with Cars() as cars, (finder := Finder(cars)).looking():
+            await pass_time(5)
+            await until(lambda: len(finder.others) == 64)
+            # By then each was tried once.
+            await pass_time(5)
+            await until(lambda: (finder.problem is None) == is_whole)
 
 
 @in_loop

@@ -21,6 +21,8 @@ from support.chip_benches import SMALL
 LARGEST = bytes.fromhex("FFFF0100" + "64800000" * 255 + "80280000" * 255)
 # Collections of garbage are among the turns.
 LONGEST_TURN_US = 20_000
+# With sixteen calls and no frame in it.
+LONGEST_WITH_CALLS_US = 8_000
 # Its wheels stand.
 LIGHTS = to_frame(0x80480000)
 DRIVES = bytes.fromhex("01000000 26800000")
@@ -109,15 +111,22 @@ def test_a_follower_waits_with_an_image_until_the_air_is_free_and_loses_no_frame
 
 
 @pytest.mark.parametrize(
-    "flow",
-    [[FLOW.encode(op=JUMP, target=word + 1, condition=CHANCE, value=128) for word in range(16)], [CALLS, CALLS]],
+    ("flow", "longest_us"),
+    [
+        (
+            [FLOW.encode(op=JUMP, target=word + 1, condition=CHANCE, value=128) for word in range(16)],
+            LONGEST_TURN_US,
+        ),
+        ([CALLS, CALLS], LONGEST_WITH_CALLS_US),
+    ],
     ids=["chance", "calls"],
 )
-def test_a_tick_with_sixteen_flow_words_is_not_long(flow, micropython_installed):
+def test_a_tick_with_sixteen_flow_words_is_not_long(flow, longest_us, micropython_installed):
     image = words_to_bytes((len(flow) + 1 << 24 | 0x010103, *flow, 0x40280000, 0x80280000))
     figures, outputs = played("rp2040", "leader", "", [[500, "upload", list(image)]], 2)
     assert b"".join([ast.literal_eval(value) for what, value in outputs if what == "line"]) == ok_line(image)
     assert figures["longest_us"] <= LONGEST_TURN_US
+    assert 4_000 < figures["longest_at_work_us"] <= longest_us
 
 
 def test_an_upload_over_the_air_arrives_whole_and_no_tick_is_long(micropython_installed):

@@ -16,14 +16,15 @@ TURNS_A_LINE = 50
 
 
 class Noted:
-    """Count the frames that the car hears, by replacing ``note``."""
+    """Count the frames that the car hears and sends, by replacing ``note``."""
 
     def __init__(self, board):
-        self.heard = 0
+        self.heard = self.sent = 0
         board.note = self.note
 
     def note(self, kind, at_ms, word, detail):
         self.heard += kind == "heard"
+        self.sent += kind == "frame"
 
 
 def lines(settings, platform, seconds, script, counts_bytes=False, flash_is_slow=False):
@@ -38,9 +39,11 @@ def lines(settings, platform, seconds, script, counts_bytes=False, flash_is_slow
     chip.meter = meter = Meter(chip, executed, gc.mem_alloc if counts_bytes else None, int(flash_is_slow))
     sleeps = Sleeps(bench.clock, chip)
     longest_us, storing_us, turns = 0, 0, 0
+    # In the second half of the time nothing is uploaded.
+    longest_at_work_us = 0
     meter.stop()
     while chip.now_us < seconds * 1_000_000:
-        turn_us, stored = chip.now_us, len(bench.stored)
+        turn_us, stored, sent = chip.now_us, len(bench.stored), noted.sent
         meter.start()
         loop.turn()
         meter.stop()
@@ -50,6 +53,8 @@ def lines(settings, platform, seconds, script, counts_bytes=False, flash_is_slow
             storing_us = took_us
         else:
             longest_us = max(longest_us, took_us)
+        if turn_us > seconds * 500_000 and noted.sent == sent:
+            longest_at_work_us = max(longest_at_work_us, took_us)
         turns += 1
         bench.observed.look()
         if turns % TURNS_A_LINE == 0:
@@ -62,6 +67,7 @@ def lines(settings, platform, seconds, script, counts_bytes=False, flash_is_slow
     for at_ms, what, value in bench.observed.seen:
         yield f"{at_ms} {what} {value!r}"
     yield f"longest_us {longest_us}"
+    yield f"longest_at_work_us {longest_at_work_us}"
     yield f"storing_us {storing_us}"
     yield f"turned_while_storing {len([1 for _, turns in bench.stored if turns])}"
     if counts_bytes:

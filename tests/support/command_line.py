@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import threading
+from functools import cache
 from pathlib import Path
 from subprocess import PIPE
 from types import SimpleNamespace
@@ -16,7 +17,7 @@ from unittest import mock
 
 import pytest
 
-from motorcade.cli import main
+from motorcade import cli
 from support.waiting import DEADLINE_S
 
 _PROGRAMS = str(Path(sys.executable).parent)
@@ -29,6 +30,10 @@ else:
 PARADE = Path(__file__).parents[2] / "examples" / "parade.motorcade.json"
 
 
+# To put all commands together takes longer than most of them run. Asked for help they change, so not for that.
+_commands = cache(cli.command_line)
+
+
 class Terminal(io.StringIO):
     """A stream at whose other end is somebody."""
 
@@ -39,7 +44,9 @@ class Terminal(io.StringIO):
 def run(*arguments, stdout=None, typed=None):
     """The command in this process; a traceback fails the test. Somebody who typed something sits at a terminal."""
     out, err = stdout or io.StringIO(), io.StringIO() if typed is None else Terminal()
+    asks_for_help = not arguments or {"-h", "--help"} & set(arguments)
     with (
+        mock.patch.object(cli, "command_line", cli.command_line if asks_for_help else _commands),
         contextlib.redirect_stdout(out),
         contextlib.redirect_stderr(err),
         mock.patch.object(sys, "argv", ["motorcade", *map(str, arguments)]),
@@ -49,7 +56,7 @@ def run(*arguments, stdout=None, typed=None):
         mock.patch.dict(os.environ, COLUMNS="160"),
         pytest.raises(SystemExit) as left,
     ):
-        main()
+        cli.main()
     return SimpleNamespace(code=left.value.code, out=out.getvalue(), err=err.getvalue())
 
 

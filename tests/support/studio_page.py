@@ -18,6 +18,8 @@ DESKTOP, PHONE = (1400, 900), (390, 844)
 SHARED = "Shared"
 # Long enough for a machine that is busy with other tests.
 PATIENCE_MS = 30_000
+# The first page of each process waits for the server's processes too, while all the others begin.
+FIRST_MS = 4 * PATIENCE_MS
 expect.set_options(timeout=PATIENCE_MS)
 
 
@@ -131,7 +133,7 @@ class StudioPage(Watched):
 
     def wait_until_ready(self) -> None:
         """Wait for blocks, words and cars, whether or not the words show."""
-        expect(self.page.locator("main[data-compiled]")).to_be_attached()
+        expect(self.page.locator("main[data-compiled]")).to_be_attached(timeout=FIRST_MS)
         expect(self.page.locator("#mat-play")).to_be_enabled(timeout=PATIENCE_MS)
         expect(self.page.locator("#stage canvas").first).to_be_attached()
 

@@ -1059,11 +1059,12 @@ uint8_t motorcade_frames_sends_in_slot(uint32_t *s, const struct motorcade_image
  */
 uint8_t motorcade_frames_leader_sends(uint32_t *s, const struct motorcade_image *image, uint8_t air_is_busy, uint32_t now, const uint32_t *levels)
 {
-    uint8_t follower_words = BITS(motorcade_image_word(image, 0), 16, 255);
+    uint32_t header = motorcade_image_word(image, 0);
+    uint8_t follower_words = BITS(header, 16, 255);
     if (follower_words == 0) {
         return 0;
     }
-    if (motorcade_frames_is_tagged(image)) {
+    if (header & MOTORCADE_FLOW_TAGGED) {
         motorcade_frames_enter_slot(s, image, follower_words, now, levels);
         return motorcade_frames_sends_in_slot(s, image, air_is_busy, now, levels);
     }
@@ -1358,15 +1359,11 @@ uint8_t motorcade_decisions_ends_early(uint32_t *s, uint8_t *d, const struct mot
     return holds != ((lower >> MOTORCADE_POSITIONS_UNTIL_NOT_AT) & 1) ? 1 : 0;
 }
 
-/* Remember where a call goes on; of more than MOST_CALLS the oldest is forgotten. */
-static void motorcade_decisions_remember(uint8_t *d, uint8_t index)
+/* Return 1 where the condition of a jump or a call, given as its halves, lets it be executed, else 0. */
+static uint8_t motorcade_decisions_holds(uint32_t *s, uint8_t *d, uint16_t upper, uint16_t lower, const struct motorcade_senses *senses, const uint32_t *levels)
 {
-    uint8_t place = (uint8_t)(((uint32_t)d[MOTORCADE_DECISIONS_LAST_CALL] + 1) % MOTORCADE_DECISIONS_MOST_CALLS);
-    d[MOTORCADE_DECISIONS_LAST_CALL] = place;
-    d[(uint32_t)MOTORCADE_DECISIONS_RETURNS + place] = index;
-    if (d[MOTORCADE_DECISIONS_CALLS] < MOTORCADE_DECISIONS_MOST_CALLS) {
-        d[MOTORCADE_DECISIONS_CALLS] = (uint8_t)((uint32_t)d[MOTORCADE_DECISIONS_CALLS] + 1);
-    }
+    uint8_t holds = motorcade_decisions_is_met(s, d, (uint8_t)((upper >> MOTORCADE_POSITIONS_CONDITION_AT) & 15), (uint8_t)((lower >> MOTORCADE_POSITIONS_LEVEL_AT) & 3), lower, senses, levels);
+    return holds != ((lower >> MOTORCADE_POSITIONS_IF_NOT_AT) & 1) ? 1 : 0;
 }
 
 /* Return the index at which the last call goes on; without a call that of the first word. */
@@ -1415,39 +1412,22 @@ static void motorcade_decisions_tell(uint8_t *d, uint8_t target, uint8_t value, 
     d[MOTORCADE_DECISIONS_TOLD_TURNS] = turns;
 }
 
-/* Execute a flow word, given as its halves. Return the index of the next word; `behind` is that behind it. */
-static uint8_t motorcade_decisions_execute(uint32_t *s, uint8_t *d, uint16_t upper, uint16_t lower, uint8_t behind, const struct motorcade_image *image, const struct motorcade_senses *senses, const uint32_t *levels)
+/* Execute a flow word that goes on at the word behind it. */
+static void motorcade_decisions_count_or_tell(uint32_t *s, uint8_t *d, uint8_t op, uint8_t target, uint16_t lower, const struct motorcade_image *image)
 {
-    uint16_t op = (upper >> MOTORCADE_POSITIONS_OP_AT) & 7;
-    uint8_t target = (uint8_t)((upper >> MOTORCADE_POSITIONS_TARGET_AT) & 255);
-    if (op <= MOTORCADE_FLOW_CALL) {
-        uint16_t condition = (upper >> MOTORCADE_POSITIONS_CONDITION_AT) & 15;
-        if (condition != MOTORCADE_FLOW_ALWAYS) {
-            uint8_t holds = motorcade_decisions_is_met(s, d, (uint8_t)condition, (uint8_t)((lower >> MOTORCADE_POSITIONS_LEVEL_AT) & 3), lower, senses, levels);
-            if (holds == ((lower >> MOTORCADE_POSITIONS_IF_NOT_AT) & 1)) {
-                return behind;
-            }
-        }
-        if (op == MOTORCADE_FLOW_CALL) {
-            motorcade_decisions_remember(d, behind);
-        }
-        return target;
-    }
-    if (op == MOTORCADE_FLOW_RETURN) {
-        return motorcade_decisions_return(d);
-    }
     if (op == MOTORCADE_FLOW_COUNT) {
         motorcade_decisions_count(s, d, lower);
     } else {
         motorcade_decisions_tell(d, target, (uint8_t)((lower >> MOTORCADE_POSITIONS_VALUE_AT) & 255), image);
     }
-    return behind;
 }
 
 /* End the running state if its length is over, execute flow words, and begin a state.
  *
  * With `one_by_one` it executes one flow word, or begins a state. Call it until it returns DONE: after a late tick
  * several states may have ended.
+ *
+ * A word's lower half is found only where it is needed, since that takes a slow chip long.
  *
  * Returns:
  *     BEGUN where a state began, EXECUTED behind one flow word, and DONE where the state goes on, or has to wait.
@@ -1459,11 +1439,12 @@ uint8_t motorcade_decisions_go_on(uint32_t *s, uint8_t *d, const struct motorcad
     }
     uint8_t index = d[MOTORCADE_DECISIONS_NEXT];
     uint8_t left = d[MOTORCADE_DECISIONS_FLOW_LEFT];
+    uint8_t words = d[MOTORCADE_DECISIONS_WORDS];
     while (left > 0) {
         uint32_t word = motorcade_image_word(image, (uint32_t)1 + index);
         uint16_t upper = (uint16_t)(word >> 16);
         uint8_t behind = (uint8_t)((uint32_t)index + 1);
-        if (behind == d[MOTORCADE_DECISIONS_WORDS]) {
+        if (behind == words) {
             behind = 0;
         }
         if ((upper >> MOTORCADE_DECISIONS_FLOW_AT) == 0) {
@@ -1475,7 +1456,25 @@ uint8_t motorcade_decisions_go_on(uint32_t *s, uint8_t *d, const struct motorcad
             return MOTORCADE_DECISIONS_BEGUN;
         }
         left = (uint8_t)((uint32_t)left - 1);
-        index = motorcade_decisions_execute(s, d, upper, (uint16_t)(word & MOTORCADE_DECISIONS_LOWER_HALF), behind, image, senses, levels);
+        index = behind;
+        uint16_t op = (upper >> MOTORCADE_POSITIONS_OP_AT) & 7;
+        if (op <= MOTORCADE_FLOW_CALL) {
+            if (((upper >> MOTORCADE_POSITIONS_CONDITION_AT) & 15) == MOTORCADE_FLOW_ALWAYS || motorcade_decisions_holds(s, d, upper, (uint16_t)(word & MOTORCADE_DECISIONS_LOWER_HALF), senses, levels)) {
+                if (op == MOTORCADE_FLOW_CALL) {
+                    uint8_t place = (uint8_t)(((uint32_t)d[MOTORCADE_DECISIONS_LAST_CALL] + 1) % MOTORCADE_DECISIONS_MOST_CALLS);
+                    d[MOTORCADE_DECISIONS_LAST_CALL] = place;
+                    d[(uint32_t)MOTORCADE_DECISIONS_RETURNS + place] = behind;
+                    if (d[MOTORCADE_DECISIONS_CALLS] < MOTORCADE_DECISIONS_MOST_CALLS) {
+                        d[MOTORCADE_DECISIONS_CALLS] = (uint8_t)((uint32_t)d[MOTORCADE_DECISIONS_CALLS] + 1);
+                    }
+                }
+                index = (uint8_t)((upper >> MOTORCADE_POSITIONS_TARGET_AT) & 255);
+            }
+        } else if (op == MOTORCADE_FLOW_RETURN) {
+            index = motorcade_decisions_return(d);
+        } else {
+            motorcade_decisions_count_or_tell(s, d, (uint8_t)op, (uint8_t)((upper >> MOTORCADE_POSITIONS_TARGET_AT) & 255), (uint16_t)(word & MOTORCADE_DECISIONS_LOWER_HALF), image);
+        }
         if (one_by_one) {
             d[MOTORCADE_DECISIONS_NEXT] = index;
             d[MOTORCADE_DECISIONS_FLOW_LEFT] = left;

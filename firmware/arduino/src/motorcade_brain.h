@@ -539,7 +539,7 @@ uint8_t motorcade_frames_follower_sends(uint32_t *s, uint8_t air_is_busy, uint32
 #define MOTORCADE_DECISIONS_COUNTS 6 /* the four counters */
 #define MOTORCADE_DECISIONS_CALLS 10 /* how many calls will return, at most MOST_CALLS */
 #define MOTORCADE_DECISIONS_LAST_CALL 11 /* the place of RETURNS at which the last call is */
-#define MOTORCADE_DECISIONS_RETURNS 12 /* where they go on: a ring of MOST_CALLS places */
+#define MOTORCADE_DECISIONS_RETURNS 12 /* where they go on: a ring of MOST_CALLS places, in which a fifth call takes the place of the oldest */
 #define MOTORCADE_DECISIONS_IS_TELLING 16 /* 1 from the first tell on */
 #define MOTORCADE_DECISIONS_TURNS 17 /* how many follower words are sent in turn; 0: the one of the slot */
 #define MOTORCADE_DECISIONS_WAITS 18 /* 1 while a tell waits for its slot */
@@ -587,6 +587,8 @@ uint8_t motorcade_decisions_ends_early(uint32_t *s, uint8_t *d, const struct mot
  *
  * With `one_by_one` it executes one flow word, or begins a state. Call it until it returns DONE: after a late tick
  * several states may have ended.
+ *
+ * A word's lower half is found only where it is needed, since that takes a slow chip long.
  *
  * Returns:
  *     BEGUN where a state began, EXECUTED behind one flow word, and DONE where the state goes on, or has to wait.

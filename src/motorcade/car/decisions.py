@@ -92,7 +92,7 @@ VOICES = 5  # bit 0: 'stop' was heard since the state began; bit 1: 'go' was
 COUNTS = 6  # the four counters
 CALLS = 10  # how many calls will return, at most MOST_CALLS
 LAST_CALL = 11  # the place of RETURNS at which the last call is
-RETURNS = 12  # where they go on: a ring of MOST_CALLS places
+RETURNS = 12  # where they go on: a ring of MOST_CALLS places, in which a fifth call takes the place of the oldest
 IS_TELLING = 16  # 1 from the first tell on
 TURNS = 17  # how many follower words are sent in turn; 0: the one of the slot
 WAITS = 18  # 1 while a tell waits for its slot
@@ -216,6 +216,8 @@ def go_on(
     With ``one_by_one`` it executes one flow word, or begins a state. Call it until it returns DONE: after a late tick
     several states may have ended.
 
+    A word's lower half is found only where it is needed, since that takes a slow chip long.
+
     Returns:
         BEGUN where a state began, EXECUTED behind one flow word, and DONE where the state goes on, or has to wait.
     """
@@ -223,11 +225,12 @@ def go_on(
         return DONE
     index: uint8 = d[NEXT]
     left: uint8 = d[FLOW_LEFT]
+    words: uint8 = d[WORDS]
     while left > 0:
         word = image[1 + index]
         upper: uint16 = word >> 16
         behind: uint8 = index + 1
-        if behind == d[WORDS]:
+        if behind == words:
             behind = 0
         if upper >> FLOW_AT == 0:
             s[STATE] = index
@@ -237,7 +240,21 @@ def go_on(
             begin_word(s, word, s[STARTED_MS])
             return BEGUN
         left = left - 1
-        index = _execute(s, d, upper, word & LOWER_HALF, behind, image, senses, levels)
+        index = behind
+        op = upper >> OP_AT & 7
+        if op <= CALL:
+            if upper >> CONDITION_AT & 15 == ALWAYS or _holds(s, d, upper, word & LOWER_HALF, senses, levels):
+                if op == CALL:
+                    place: uint8 = (d[LAST_CALL] + 1) % MOST_CALLS
+                    d[LAST_CALL] = place
+                    d[RETURNS + place] = behind
+                    if d[CALLS] < MOST_CALLS:
+                        d[CALLS] = d[CALLS] + 1
+                index = upper >> TARGET_AT & 255
+        elif op == RETURN:
+            index = _return(d)
+        else:
+            _count_or_tell(s, d, op, upper >> TARGET_AT & 255, word & LOWER_HALF, image)
         if one_by_one:
             d[NEXT] = index
             d[FLOW_LEFT] = left
@@ -247,44 +264,20 @@ def go_on(
     return DONE
 
 
-def _execute(
-    s: list[int],
-    d: bytearray,
-    upper: uint16,
-    lower: uint16,
-    behind: uint8,
-    image: ImageWords,
-    senses: "Senses",
-    levels: tuple[int, ...],
+def _holds(
+    s: list[int], d: bytearray, upper: uint16, lower: uint16, senses: "Senses", levels: tuple[int, ...]
 ) -> uint8:
-    """Execute a flow word, given as its halves. Return the index of the next word; ``behind`` is that behind it."""
-    op = upper >> OP_AT & 7
-    target: uint8 = upper >> TARGET_AT & 255
-    if op <= CALL:
-        condition = upper >> CONDITION_AT & 15
-        if condition != ALWAYS:
-            holds = is_met(s, d, condition, lower >> LEVEL_AT & 3, lower, senses, levels)
-            if holds == lower >> IF_NOT_AT & 1:
-                return behind
-        if op == CALL:
-            _remember(d, behind)
-        return target
-    if op == RETURN:
-        return _return(d)
+    """Return 1 where the condition of a jump or a call, given as its halves, lets it be executed, else 0."""
+    holds = is_met(s, d, upper >> CONDITION_AT & 15, lower >> LEVEL_AT & 3, lower, senses, levels)
+    return 1 if holds != lower >> IF_NOT_AT & 1 else 0
+
+
+def _count_or_tell(s: list[int], d: bytearray, op: uint8, target: uint8, lower: uint16, image: ImageWords) -> None:
+    """Execute a flow word that goes on at the word behind it."""
     if op == COUNT:
         _count(s, d, lower)
     else:
         _tell(d, target, lower >> VALUE_AT & 255, image)
-    return behind
-
-
-def _remember(d: bytearray, index: uint8) -> None:
-    """Remember where a call goes on; of more than MOST_CALLS the oldest is forgotten."""
-    place: uint8 = (d[LAST_CALL] + 1) % MOST_CALLS
-    d[LAST_CALL] = place
-    d[RETURNS + place] = index
-    if d[CALLS] < MOST_CALLS:
-        d[CALLS] = d[CALLS] + 1
 
 
 def _return(d: bytearray) -> uint8:

@@ -132,10 +132,11 @@ def leader_sends(s: list[int], image: ImageWords, air_is_busy: uint8, now: int, 
 
     ``air_is_busy`` is 1 while the car senses a carrier; a leader of bare words ignores it.
     """
-    follower_words = image[0] >> 16 & 255
+    header = image[0]
+    follower_words = header >> 16 & 255
     if follower_words == 0:
         return 0
-    if is_tagged(image):
+    if header & TAGGED:
         enter_slot(s, image, follower_words, now, levels)
         return sends_in_slot(s, image, air_is_busy, now, levels)
     if reached(now, s[NEXT_FRAME_MS]) == 0 or reached(now, s[QUIET_MS]) == 0:

@@ -142,7 +142,7 @@ class Car:
         """Return for how many ms the brain need not run, unless a frame, a voice or a new image comes."""
         s, levels = self.memory, self.levels
         decides = self.leads and decisions.decides(self.decisions)
-        if brain.watches(s, now, levels) or (decides and decisions.watches(s, self.decisions)):
+        if (decides and decisions.watches(s, self.decisions)) or brain.watches(s, now, levels):
             return _WATCH_MS if self._is_slow else 0
         rest_ms = next_wakeup.word_rest_ms(s, now, levels)
         if rest_ms > 1:

@@ -74,7 +74,8 @@ def settings_of(
     """
     if not pins.chip.micropython:
         known = " / ".join(sorted(chip.name for chip in CHIPS if chip.micropython))
-        raise InputError("no-micropython-for-chip", car=pins.name, known=known, chip=pins.chip.title)
+        code = "no-micropython-for-arduino" if pins.chip.arduino else "no-micropython-for-chip"
+        raise InputError(code, car=pins.name, known=known, chip=pins.chip.title)
     settings: dict[str, Any] = {
         "format": SETTINGS_FORMAT,
         "name": pins.name,

@@ -43,11 +43,11 @@ export function Stage() {
       <ZoneGrips />
       <CarCard />
       <div className={css.top}>
+        <OutcomeOnStage />
         <Notice />
         <StoppedNotice />
         <ZoneCard />
         <DrawHint />
-        <OutcomeOnStage />
         <Narration />
         <Legend />
       </div>
