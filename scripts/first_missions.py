@@ -95,14 +95,14 @@ class Builder:
         self._studio.drag_out("leader", self._drawer(step), self._name(step), below=below)
 
     def _drawer(self, step: Step) -> str:
-        if getattr(step, "unless", None):
+        if getattr(step, "unless", None) is not None:
             return "sense"
         return DRAWERS.get(step.kind, "sense")
 
     def _name(self, step: Step) -> str:
         """The beginning of a block's text; of one that minds something, the text above what it minds."""
         unless = getattr(step, "unless", None)
-        if unless:
+        if unless is not None:
             return self._studio.say(f"blocks.unless.{'turns' if unless.sense == 'obstacle' else 'holds'}")
         return self._studio.say(f"startBlocks.{step.kind}").partition("\n")[0].partition("%")[0].strip()
 
@@ -141,7 +141,7 @@ class Builder:
 
 def _count(step: Step) -> int:
     """How many blocks a step has: those inside it, and what it minds, too."""
-    return 1 + bool(getattr(step, "unless", None)) + sum(_count(part) for part in getattr(step, "steps", ()))
+    return 1 + (getattr(step, "unless", None) is not None) + sum(_count(part) for part in getattr(step, "steps", ()))
 
 
 def _is_alike(built: Step, step: Step) -> bool:
