@@ -105,11 +105,11 @@ def test_when_all_places_are_taken_the_longest_silent_client_loses_its_place() -
 def test_a_client_gets_a_place_of_one_that_has_two_more_but_not_the_wheel(taken, newcomer, gives) -> None:
     """The sessions of a full car are told by the first letters of their clients; the first one drives."""
     car = SocketlessCar()
-    sessions = [ControlSession(car.control, client, client) for client in taken]
+    sessions = [ControlSession(car.control, f"{client}:{port}", client) for port, client in enumerate(taken)]
     sessions[0].command(DRIVE.encode(angle=90, direction=1, speed=100))
     for session in sessions:
         session.take_place()
-    comes = ControlSession(car.control, newcomer, newcomer)
+    comes = ControlSession(car.control, f"{newcomer}:99", newcomer)
     with pytest.raises(SessionError, match="9 in all") if gives is None else nullcontext():
         comes.take_place()
     assert [each.client for each in sessions if not each.has_place] == ([gives] if gives else [])
