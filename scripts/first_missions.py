@@ -122,8 +122,8 @@ class Builder:
         self._built = self._built[:at]
         expect(block).to_have_count(0)
 
-    def _set_fields(self, block: Locator, built: Step, step: Step) -> None:
-        """Set what a step's block shows where it differs from the step that was ``built``, or from a new block."""
+    def _set_fields(self, block: Locator, built: Step | None, step: Step) -> None:
+        """Set what a step's block shows where it differs from the step that was ``built``; None is a new block."""
         studio = self._studio
         for name, first in NEW.items():
             wanted, shown = getattr(step, name, None), getattr(built, name, first)

@@ -89,7 +89,7 @@ class Pico:
         self._process = process
         self.port = self._line()["port"]
 
-    def hear(self, frames: Sequence[tuple[int, ...]], after_ms: int, every_us: int) -> "Iterator[dict[str, Any]]":
+    def hear(self, frames: Sequence[Sequence[int]], after_ms: int, every_us: int) -> "Iterator[dict[str, Any]]":
         """Play frames; yield after each of them what its pins show (emulated_pico.mjs)."""
         assert self._process.stdin
         asked = {"afterMs": after_ms, "everyUs": every_us, "frames": frames}
@@ -142,7 +142,9 @@ def walk(name: str, flash: bytes, rom: bytes) -> int:
     expected = [motor_pins(pins, *signs) for _, *signs in _STEPS]
     shows = list(expected[0])
     frames = [frame_durations_us(to_frame(words[number % 2])) for number in range(FRAMES)]
-    with emulated(flash, rom, pins.pin("infrared", "receiver"), shows) as pico:
+    receiver = pins.pin("infrared", "receiver")
+    assert receiver is not None, "every shop car hears"
+    with emulated(flash, rom, receiver, shows) as pico:
         install(f"socket://127.0.0.1:{pico.port}", pins, lambda found: settings_of(found, profile, False))
         followed = 0
         for number, shown in enumerate(pico.hear(frames, _AFTER_MS, _EVERY_US)):
