@@ -73,6 +73,10 @@ export const GOAL_KINDS = {
     {"name": "zone", "input": "zone"},
     {"name": "least", "input": "number", "first": 1, "least": 0.01, "most": 1000000, "whole": false},
   ],
+  "stopped": [
+    {"name": "zone", "input": "zone"},
+    {"name": "least", "input": "number", "first": 1, "least": 0.01, "most": 1000000, "whole": false},
+  ],
   "covered": [
     {"name": "zone", "input": "zone"},
     {"name": "least", "input": "number", "first": 1, "least": 0.01, "most": 1000000, "whole": false},
@@ -81,10 +85,6 @@ export const GOAL_KINDS = {
     {"name": "zone", "input": "zone"},
     {"name": "apart_m", "input": "number", "first": 0.35, "least": 0.001, "most": 2000, "whole": false},
     {"name": "radius_m", "input": "number", "first": 0.25, "least": 0.001, "most": 2000, "whole": false},
-    {"name": "least", "input": "number", "first": 1, "least": 0.01, "most": 1000000, "whole": false},
-  ],
-  "stopped": [
-    {"name": "zone", "input": "zone"},
     {"name": "least", "input": "number", "first": 1, "least": 0.01, "most": 1000000, "whole": false},
   ],
   "all-by": [
