@@ -13,9 +13,9 @@ from support.browser_profiles import FEW_PICTURES, Watched, storing
 from support.class_page import PASSWORD
 from support.layout import Windows, serious_barriers
 from support.running_studio import started_class
+from support.studio_page import PATIENCE_MS
 from support.waiting import wait_until
 
-expect.set_options(timeout=30_000)
 # No car's picture on a projector is longer.
 CAR_PX = 40
 SIZES = ((1440, 900), (1366, 768), (1024, 768), (390, 844))
@@ -31,7 +31,7 @@ class ClassVisit(Watched):
         context = browser.new_context(viewport=viewport, storage_state=state, service_workers="block", **options)
         context.add_init_script(FEW_PICTURES)
         super().__init__(context, base)
-        context.set_default_timeout(30_000)
+        context.set_default_timeout(PATIENCE_MS)
         self.base = base
         self.texts = catalogue(language)["page"]
         self.page = context.new_page()
@@ -73,7 +73,7 @@ class ClassVisit(Watched):
             self.page.evaluate("link => { location.hash = new URL(link).hash }", link)
 
     def wait_for_studio(self) -> None:
-        expect(self.page.locator("#mat-play")).to_be_enabled(timeout=30_000)
+        expect(self.page.locator("#mat-play")).to_be_enabled(timeout=PATIENCE_MS)
         expect(self.bar).to_be_visible()
 
     @property
