@@ -97,7 +97,7 @@ def test_check_ends_with_1_where_no_star_is_earned(mission, tmp_path):
     standing = project(tmp_path, {"wait": {"seconds": 1}})
     ran = run("check", mission, standing, "--language", "zh", "--json")
     assert ran.code == 1
-    assert json.loads(ran.out)["goals"][1]["why"].startswith("小车 在")
+    assert json.loads(ran.out)["goals"][1]["why"].startswith("小车在")
     forbidden = project(tmp_path, FORWARD, {"led": {"which": 0, "seconds": 1}})
     ran = run("check", mission, forbidden, "--json")
     assert (ran.code, json.loads(ran.out)["goals"][0]["why"]) == (
