@@ -137,5 +137,5 @@ def test_a_failure_is_told_as_a_story():
     mission = MISSIONS["forward-and-stop"]
     lost = next(goal for goal in check_program(mission, mission.near_miss).goals if goal.kind == "in-zone")
     assert lost.why.sentence() == "the program began again at 5.0 s, and the car drove out of the garage"
-    assert lost.why.sentence("zh") == "程序在第 5.0 秒从头再来，小车 又开出了车库"
+    assert lost.why.sentence("zh") == "程序在第 5.0 秒从头再来，小车又开出了车库"
     assert lost.t_ms > 5000
