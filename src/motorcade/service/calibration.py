@@ -1,7 +1,5 @@
 """The moves by which a car is measured, as images; what was read of them; and cars that drive as one that was."""
 
-from dataclasses import asdict
-
 from msgspec import Struct, structs
 
 from motorcade.config.calibration import (
@@ -92,7 +90,10 @@ def fit_readings(sent: CarReadings) -> CarFigures:
         return CarFigures()
     found = fit(readings)
     profile = measured_profile(found, built_in_profile(sent.profile), _FILE)
-    car = MeasuredCar(list(profile.speeds_mm_s), list(profile.turn_rates_deg_s), **asdict(profile.wheels))
+    wheels = profile.wheels
+    car = MeasuredCar(
+        list(profile.speeds_mm_s), list(profile.turn_rates_deg_s), wheels.drift_mrad_per_m, wheels.stopping_ms
+    )
     return CarFigures(list(map(sentences, told(found))), car, profile_text(profile))
 
 

@@ -30,7 +30,7 @@ def test_a_page_is_told_how_often_its_program_works_with_other_luck(tmp_path) ->
     with server(tmp_path) as client, trials(client) as mine:
         for _ in range(2):
             mine.send("try", **TRY)
-            assert mine.until("luck") == {"works": 0, "tried": 0, "of": 20, "failed": []}
+            assert mine.until("luck") == {"works": 0, "tried": 0, "of": 20, "failed": [], "stars": None}
             assert mine.until("luck", lambda luck: luck["tried"] == 20)["works"] == 20
 
 
