@@ -22,7 +22,6 @@ SAMPLES: dict[str, dict[str, dict[str, Any]]] = {
         "wait": {"wait": {"seconds": 2}},
         "follow_line": {"follow_line": {"speed": 2, "seconds": 3}},
         "turn_to_line": {"turn_to_line": {"direction": "left", "speed": 1, "seconds": 3}},
-        "stop_on_dark": {"stop_on_dark": {"speed": 2, "seconds": 3}},
     },
     "light": {"led": {"led": {"which": 1, "seconds": 2}}},
     "sense": {

@@ -49,8 +49,8 @@ _BLOCKS: dict[str, tuple[list[dict[str, Any]], dict[str, Any]]] = {
         [{"turn_to_line": {"direction": "left", "speed": 1, "seconds": 3}}],
         {"line": [{"points_m": [[0.2, 0.25], [0.2, 0.5]]}], "spot": []},
     ),
-    "stop_on_dark": (
-        [{"stop_on_dark": {"speed": 2, "seconds": 4}}],
+    "dark": (
+        [{"drive": {"direction": "random", "speed": 2, "seconds": 4, "unless": {"floor": "either"}}}],
         {"patch": [{"corners_m": [[0.42, 0.05], [0.9, 0.05], [0.9, 0.45], [0.42, 0.45]]}]},
     ),
     "floor": ([{"together": [_GO, {"floor": {}}]}], {"line": [_ROAD]}),

@@ -68,7 +68,6 @@ if TYPE_CHECKING:
     from motorcade.program.steps import pir as pir
     from motorcade.program.steps import repeat as repeat
     from motorcade.program.steps import right as right
-    from motorcade.program.steps import stop_on_dark as stop_on_dark
     from motorcade.program.steps import together as together
     from motorcade.program.steps import turn_left_to_line as turn_left_to_line
     from motorcade.program.steps import turn_right_to_line as turn_right_to_line
@@ -112,7 +111,6 @@ _MODULES = {
         "pir",
         "repeat",
         "right",
-        "stop_on_dark",
         "together",
         "turn_left_to_line",
         "turn_right_to_line",

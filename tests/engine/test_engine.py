@@ -15,12 +15,12 @@ from motorcade import (
     Program,
     avoid,
     compile_program,
+    dark,
     forward,
     led,
     left,
     open_table,
     pir,
-    stop_on_dark,
     together,
     voice,
     wait,
@@ -185,7 +185,7 @@ def test_a_car_on_dark_floor_that_is_pushed_is_felt_by_the_one_beside_it() -> No
     away_m = CLASSROOM.body.diameter_mm / 1000 + 0.09
     mat = open_table((Pose(0, 0), Pose(-away_m, 0), Pose(away_m, 0)))
     mat = replace(mat, spots=((0.0, 0.0, 2.0),))
-    image = compile_program(Program([wait(1), stop_on_dark(10)]), CLASSROOM).image
+    image = compile_program(Program([wait(1), wander(10, unless=dark())]), CLASSROOM).image
     acts = [nothing, lambda world: world.drive(1, 90, 1, 255), nothing, nothing]
     same_in_both(Case(mat, [image], CLASSROOM, 1), acts, 2000)
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade import Mat, Pose, Program, compile_program, follow_line, forward, stop_on_dark, turn_left_to_line
+from motorcade import Mat, Pose, Program, compile_program, dark, follow_line, forward, turn_left_to_line, wander
 from motorcade.engine.floor import floor_of, marks_of, outside_um
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
@@ -69,7 +69,7 @@ def test_without_the_bit_a_car_leaves_the_line():
 
 def test_a_car_stops_at_one_of_ten_thousand_marks_where_single_ticks_bring_it():
     spots = tuple((0.1 * (number % 100), 0.1 * (number // 100), 0.02) for number in range(10_000))
-    at_once, stepped = (world_of(Pose(5, 5.25, 0.02), stop_on_dark(20), spots=spots) for _ in range(2))
+    at_once, stepped = (world_of(Pose(5, 5.25, 0.02), wander(20, unless=dark()), spots=spots) for _ in range(2))
     at_once.run(8000)
     for _ in range(400):
         stepped.step()
@@ -86,8 +86,8 @@ def test_a_turn_ends_where_a_line_lies():
     assert math.degrees(float(world.snapshot().heading[0])) == pytest.approx(56, abs=3)
 
 
-@pytest.mark.parametrize("dark", ["spots", "patches"])
-def test_a_wanderer_stays_on_dark(dark):
+@pytest.mark.parametrize("things", ["spots", "patches"])
+def test_a_wanderer_stays_on_dark(things):
     marks = {"spots": ((0, 0, 0.5),), "patches": (((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)),)}
     cars = [Pose(x / 2, y / 2, x + y) for x in range(-2, 3) for y in range(-2, 3)]
     mat = Mat(
@@ -96,9 +96,9 @@ def test_a_wanderer_stays_on_dark(dark):
         20,
         (4, 4),
         physics=Physics(collisions=False),
-        **{dark: marks[dark]},
+        **{things: marks[things]},
     )
-    world = World(mat, [compile_program(Program([stop_on_dark(3, speed=3)])).image], seeds=3)
+    world = World(mat, [compile_program(Program([wander(3, speed=3, unless=dark())])).image], seeds=3)
     world.run(60_000)
     now = world.snapshot()
     stands = [bool(wheels & 3 == 0) for wheels in now.wheels]
@@ -109,7 +109,7 @@ def test_a_wanderer_stays_on_dark(dark):
             [at + 0.06 * a + side * b for at, a, b in zip((x, y), ahead, aside, strict=True)]
             for side in (0.0225, -0.0225)
         ]
-        sees = any(math.hypot(*at) < 0.5 if dark == "spots" else max(map(abs, at)) < 0.5 for at in front)
+        sees = any(math.hypot(*at) < 0.5 if things == "spots" else max(map(abs, at)) < 0.5 for at in front)
         assert is_still == sees
     assert 0 < sum(stands) < len(stands)
 

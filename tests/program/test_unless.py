@@ -21,7 +21,6 @@ from motorcade import (
     person,
     pir,
     repeat,
-    stop_on_dark,
     together,
     voice,
     wander,
@@ -40,8 +39,7 @@ SAME = [
     (follow_line(7, unless=heard() | person()), together(follow_line(7), voice(), pir())),
     (left(4, unless=obstacle(2)), together(left(4), avoid(2, 4))),
     (wander(2, unless=dark()), together(wander(2), floor())),
-    (wander(2, unless=dark()), stop_on_dark(2)),
-    (wander(2, unless=dark() | person()), together(stop_on_dark(2), pir())),
+    (wander(2, unless=dark() | person()), together(wander(2), floor(), pir())),
     (
         together(forward(5, unless=obstacle(0) | person()), led(1, 2)),
         together(forward(5), avoid(0, 5), pir(), led(1, 2)),

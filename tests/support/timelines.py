@@ -9,7 +9,6 @@ from motorcade.program.steps import (
     LedStep,
     RepeatStep,
     Step,
-    StopOnDarkStep,
     TogetherStep,
     TurnToLineStep,
 )
@@ -19,9 +18,9 @@ STILL = (0, 0)
 DARK = 4
 RANDOM = DIRECTIONS.index("random")
 
-_DRIVES = (DriveStep, FollowLineStep, StopOnDarkStep, TurnToLineStep)
+_DRIVES = (DriveStep, FollowLineStep, TurnToLineStep)
 # Where the floor has no marks, these drive in one direction.
-_ON_LIGHT = {FollowLineStep: "forward", StopOnDarkStep: "random"}
+_ON_LIGHT = {FollowLineStep: "forward"}
 
 # What a car does at one moment: (direction, speed level) of its wheels, and the LED that is lit.
 Moment = tuple[tuple[int, int], int]

@@ -50,15 +50,6 @@ FLOOR = Device(
             group="motor",
         ),
         StepKind(
-            "stop_on_dark",
-            "Drive on with random turns, but stand on a dark floor (c3 random with the bit floor).",
-            Block("sense", "M4 8h10l6 4-6 4H4zM12 21a9 3 0 0 1 0-6"),
-            inputs=(_SPEED, SECONDS),
-            sets=(("motor_enable", 1), ("motor_direction", 3), ("floor", 1)),
-            calls=(Call("stop_on_dark", "Drive on with random turns, but stand on dark.", order=("seconds", "speed")),),
-            group="motor",
-        ),
-        StepKind(
             "floor",
             "Mind the floor: what the motor does beside it obeys dark and light (the bit floor).",
             Block("sense", "M4 20h16M8 4v9M16 4v9M6 13h4M14 13h4"),

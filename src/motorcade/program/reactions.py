@@ -14,10 +14,8 @@ from motorcade.program.flow_steps import TellStep
 from motorcade.program.model import Program
 from motorcade.program.steps import (
     SIMPLE_KINDS,
-    DriveStep,
     DrivingStep,
     Step,
-    StopOnDarkStep,
     TogetherStep,
     own_fields,
 )
@@ -87,7 +85,7 @@ def with_unless(steps: Sequence[Step]) -> list[Step]:
     """Return steps that start together; what a drive among them can mind becomes its ``unless``."""
     drives = [step for step in steps if isinstance(step, DrivingStep)]
     if len(drives) != 1 or drives[0].unless is not None:
-        return [wandering(step) for step in steps]
+        return list(steps)
     minded = []
     left: list[Step] = []
     for step in steps:
@@ -98,26 +96,7 @@ def with_unless(steps: Sequence[Step]) -> list[Step]:
             left.append(step)
     if minded:
         left[left.index(drives[0])] = replace(drives[0], unless=any_of(minded))
-    return [wandering(step) for step in left]
-
-
-def wandering(step: Step) -> Step:
-    """Return a step that stops on dark as the random drive of the same words, as which it is written; others as is."""
-    if not isinstance(step, StopOnDarkStep):
-        return step
-    minded: list[Condition] = [Sensing("floor")]
-    if step.unless is not None:
-        minded += alternatives(step.unless)
-    return DriveStep(
-        _RANDOM,
-        step.speed,
-        step.seconds,
-        id=step.id,
-        accept_ir=step.accept_ir,
-        forward=step.forward,
-        until=step.until,
-        unless=any_of(minded),
-    )
+    return left
 
 
 def _condition_of(step: Step, drive: Any) -> Condition | None:
@@ -133,7 +112,7 @@ def _condition_of(step: Step, drive: Any) -> Condition | None:
 
 
 def minding(program: Program) -> Program:
-    """Return a program of the same words in which drives mind what stood beside them in a together, and dark floor."""
+    """Return a program of the same words in which drives mind what stood beside them in a together."""
     followers = program.followers
     if followers:
         followers = replace(followers, steps=_minding(followers.steps))
@@ -150,7 +129,7 @@ def _minding(steps: Sequence[Step]) -> list[Step]:
         changes: dict[str, Any] = {name: tuple(_minding(inside)) for name, inside in step.lists.items()}
         if isinstance(step, TellStep) and step.step:
             (changes["step"],) = _minding([step.step])
-        made.append(wandering(replace(step, **changes)))
+        made.append(replace(step, **changes))
     return made
 
 

@@ -256,14 +256,6 @@ class TurnToLineStep(DrivingStep):
 
 
 @dataclass(frozen=True, slots=True)
-class StopOnDarkStep(DrivingStep):
-    """Drive on with random turns, but stand on a dark floor (c3 random with the bit floor)."""
-
-    speed: int
-    seconds: float | None = None
-
-
-@dataclass(frozen=True, slots=True)
 class FloorStep(AccompanyingStep):
     """Mind the floor: what the motor does beside it obeys dark and light (the bit floor)."""
 
@@ -277,7 +269,6 @@ SIMPLE_KINDS: tuple[type[Step], ...] = (
     PirStep,
     FollowLineStep,
     TurnToLineStep,
-    StopOnDarkStep,
     FloorStep,
 )
 
@@ -323,11 +314,6 @@ def turn_left_to_line(seconds: float | None = None, speed: int = 2, **more: Any)
 def turn_right_to_line(seconds: float | None = None, speed: int = 2, **more: Any) -> TurnToLineStep:
     """Turn right to a line."""
     return TurnToLineStep("right", speed, seconds, **more)
-
-
-def stop_on_dark(seconds: float | None = None, speed: int = 2, **more: Any) -> StopOnDarkStep:
-    """Drive on with random turns, but stand on dark."""
-    return StopOnDarkStep(speed, seconds, **more)
 
 
 # End of the section.

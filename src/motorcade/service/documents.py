@@ -14,7 +14,7 @@ from motorcade.program.diagnostics import NotJsonError, ProgramError
 from motorcade.program.model import Program, program_from_dict, read_document
 from motorcade.program.reactions import minding
 from motorcade.program.schema import FORMAT
-from motorcade.program.steps import StopOnDarkStep, TogetherStep
+from motorcade.program.steps import TogetherStep
 from motorcade.service.messages import Blocks, Difficulty, Example, MatDocument, Project, sentences
 
 # Each is the file ``gallery/<id>.motorcade.json``, in the order in which the page lists them; with its difficulty.
@@ -33,7 +33,7 @@ EXAMPLES: dict[str, Difficulty] = {
 }
 
 # What may be written as a drive that minds something.
-_OLDER = {f"{PREFIX}{kind.kind}" for kind in (TogetherStep, StopOnDarkStep)}
+_OLDER = f"{PREFIX}{TogetherStep.kind}"
 # What a block has beside what its step says.
 _PLACED = ("x", "y", "next", "icons", "collapsed")
 # What a project keeps of the page beside its blocks.
@@ -151,7 +151,7 @@ def _minding(workspaces: tuple[Workspace, Workspace | None]) -> tuple[Workspace,
 
 def _opened(block: Any) -> Any:
     """Return a block of an older project as that of the drive which minds all that it does; anything else as it is."""
-    if isinstance(block, list) or block.get("type") not in _OLDER:
+    if isinstance(block, list) or block.get("type") != _OLDER:
         return block
     if _has_more(block.get("inputs", {}).get("STEPS", {}).get("block")):
         return block

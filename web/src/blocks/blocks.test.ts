@@ -111,9 +111,9 @@ describe("the blocks", () => {
     expect(block.getField("TURN")!.getText()).toBe("");
   });
 
-  it("are all to be had from a toolbox, but for the hats, and what older projects have", () => {
+  it("are all to be had from a toolbox, but for the hats", () => {
     const all = new Set([...offered(), ...offered(undefined, "leader")]);
-    expect([...all].sort()).toEqual(Object.keys(Blockly.Blocks).filter((type) => !/leader|followers|flow$|stop_on_dark$/.test(type)).sort());
+    expect([...all].sort()).toEqual(Object.keys(Blockly.Blocks).filter((type) => !/leader|followers|flow$/.test(type)).sort());
     expect(canStandIn("leader", "motorcade_infrared")).toBe(false);
   });
 

@@ -200,10 +200,10 @@ export function defineBlocks(profile: Profile): void {
   }
 }
 
-/** Older projects have it; what stops on dark is written as a drive that minds the floor. */
-const OLD_KIND = "stop_on_dark";
+/** The picture of a drive that minds the floor. */
+const ON_DARK = "dark";
 const drawer = (category: (typeof CATEGORIES)[number]) =>
-  STEP_KINDS.filter((each) => each.category === category && each.kind !== OLD_KIND).map(({ kind }) => `motorcade_${kind}`);
+  STEP_KINDS.filter((each) => each.category === category).map(({ kind }) => `motorcade_${kind}`);
 const ACCOMPANYING: ReadonlySet<string> = new Set(STEP_KINDS.filter(({ accompanies }) => accompanies).map(({ kind }) => kind));
 const START_BLOCKS: ReadonlySet<string> = new Set(STEP_KINDS.filter(({ in_start }) => in_start).map(({ kind }) => `motorcade_${kind}`));
 
@@ -232,7 +232,7 @@ export const hatOf = (editor: EditorName) => `motorcade_${editor}`;
 
 /** Whether blocks of this type can stand in the editor at all; a follower's drive minds what a leader's does. */
 export function canStandIn(editor: EditorName, type: string): boolean {
-  if (isMinded(type) || type === `motorcade_${OLD_KIND}` || (type === NEVER_OFFERED && editor === "leader")) return true;
+  if (isMinded(type) || (type === NEVER_OFFERED && editor === "leader")) return true;
   return DRAWERS_OF[editor].some((drawer) => DRAWERS[drawer].includes(type));
 }
 
@@ -277,7 +277,7 @@ export function toolboxOf(editor: EditorName, steps: readonly string[] | null = 
   const driving = STEP_KINDS.filter(({ kind, drives }) => drives && allowed(kind)).map(({ kind }) => `motorcade_${kind}`);
   const minding = MINDED_KINDS.filter((kind) => driving.length > 0 && allowed(kind));
   const contentsOf = (drawer: keyof typeof DRAWERS) => [
-    ...(drawer === "sense" ? minding.flatMap((kind) => offered(kind === "floor" ? OLD_KIND : kind, mindingBlock(driving[0]!, kind))) : []),
+    ...(drawer === "sense" ? minding.flatMap((kind) => offered(kind === "floor" ? ON_DARK : kind, mindingBlock(driving[0]!, kind))) : []),
     ...DRAWERS[drawer].filter(isShown).flatMap((type) => offered(type)),
   ];
   return {

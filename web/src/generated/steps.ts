@@ -128,21 +128,6 @@ export const STEP_KINDS = [
     "sets": {"motor_enable": 1, "floor": 1},
   },
   {
-    "kind": "stop_on_dark",
-    "category": "sense",
-    "icon": "M4 8h10l6 4-6 4H4zM12 21a9 3 0 0 1 0-6",
-    "in_start": false,
-    "accompanies": false,
-    "drives": true,
-    "holds": false,
-    "fields": [
-      {"input": "level", "name": "SPEED", "word": "motor_speed", "menu": "speed", "levels": [1, 2, 3], "first": 2},
-      {"input": "seconds", "name": "SECONDS", "word": "motor_duration"},
-    ],
-    "group": "motor",
-    "sets": {"motor_enable": 1, "motor_direction": 3, "floor": 1},
-  },
-  {
     "kind": "floor",
     "category": "sense",
     "icon": "M4 20h16M8 4v9M16 4v9M6 13h4M14 13h4",
@@ -376,16 +361,6 @@ export const PYTHON_CALLS = [
       {"name": "speed", "least": 1, "most": 3, "menu": "speed"},
     ],
     "example": "turn_right_to_line(1, speed=3)",
-  },
-  {
-    "name": "stop_on_dark",
-    "kind": "stop_on_dark",
-    "signature": "stop_on_dark(seconds, speed=2)",
-    "parameters": [
-      {"name": "seconds", "least": 0, "most": 86400},
-      {"name": "speed", "least": 1, "most": 3, "menu": "speed"},
-    ],
-    "example": "stop_on_dark(1, speed=3)",
   },
   {
     "name": "floor",

@@ -25,7 +25,7 @@ function offered(text: string, explicit = false): string[] {
   return (result?.options ?? []).map(({ label }) => label).filter((label) => label.startsWith(word));
 }
 
-const NAMES = ["forward", "left", "right", "wander", "wait", "led", "avoid", "voice", "pir", "follow_line", "turn_left_to_line", "turn_right_to_line", "stop_on_dark", "floor", "repeat", "together"];
+const NAMES = ["forward", "left", "right", "wander", "wait", "led", "avoid", "voice", "pir", "follow_line", "turn_left_to_line", "turn_right_to_line", "floor", "repeat", "together"];
 
 it.each([
   ["program = Program(leader=[\n    fo|\n])", ["forward", "follow_line"]],

@@ -25,7 +25,7 @@ it.each<[string, Record<string, number>]>([
   ["follow the line · fast · 3 s", { ...DRIVES, floor: 1 }],
   ["turn left to the line · fast · 3 s", { ...DRIVES, motor_direction: 1, floor: 1 }],
   ["turn right to the line · medium · 3 s", { ...DRIVES, motor_direction: 2, motor_speed: 2, floor: 1 }],
-  ["wander, stop on dark · fast · 3 s", { ...DRIVES, motor_direction: 3, floor: 1 }],
+  ["drive · random forward · fast · 3 s · unless dark floor", { ...DRIVES, motor_direction: 3, floor: 1 }],
   ["wait · 3 s + mind the floor", { ...DRIVES, motor_speed: 0, floor: 1 }],
   ["drive · forward · fast · 3 s · unless 'stop' or a person", { ...DRIVES, voice: 1, pir: 1 }],
   ["drive · forward · fast · 3 s · turn away · close", { ...DRIVES, avoid_enable: 1, avoid_radius: 1, avoid_duration: 3 }],

@@ -74,7 +74,7 @@ function mindingStories(word: CompiledWord, kinds: readonly Told[], profile: Pro
 /** Whether a step beside a drive is what the drive minds. Who avoids obstacles for another time does so by a block of its own. */
 function isMindedBy(word: CompiledWord, { kind }: Told): boolean {
   if (kind === "avoid") return valueOf(word, "avoid_duration") === valueOf(word, "motor_duration");
-  return kind === "pir" || kind === "voice";
+  return kind === "pir" || kind === "voice" || kind === "floor";
 }
 
 export function storyOf(word: CompiledWord, profile: Profile): string {
