@@ -8,6 +8,7 @@ import pytest
 from motorcade import Pose, Program, World, compile_program, formation, forward, open_table, pir, together
 from motorcade.config.calibration import MOVES, fit, measured_profile
 from motorcade.config.profile import MeasuredWheels, built_in_profile
+from motorcade.engine import kernels
 from motorcade.mats import Person
 from motorcade.service.calibration import LAMP_S, UNPLUG_S, move_image
 
@@ -55,3 +56,21 @@ def test_a_car_that_is_given_back_rolls_on_from_nothing():
     given_back = world.snapshot().x_m[0]
     world.run(1000)
     assert world.snapshot().x_m[0] == given_back > 0.1
+
+
+@pytest.mark.parametrize("wheels", [MeasuredWheels(), MeasuredWheels(left_duty_percent=90)])
+def test_a_car_that_drives_straight_on_is_stepped_where_something_happens(monkeypatch, wheels):
+    """A car of one state has a turn every 3 s; between them it moves on at once."""
+    ticks = []
+    step_cars = kernels.step_cars
+
+    def counted(arrays, now):
+        ticks.append(now.tick)
+        return step_cars(arrays, now)
+
+    monkeypatch.setattr(kernels, "step_cars", counted)
+    image = compile_program(Program([forward(3)])).image
+    world = World(open_table(formation(1)), [image], replace(CLASSROOM, wheels=wheels), kernels="interpreted")
+    world.run(30_000)
+    assert world.snapshot().x_m[0] > 1
+    assert len(ticks) < 300
