@@ -20,7 +20,7 @@ RANDOM = DIRECTIONS.index("random")
 
 _DRIVES = (DriveStep, FollowLineStep, TurnToLineStep)
 # Where the floor has no marks, these drive in one direction.
-_ON_LIGHT = {FollowLineStep: "forward"}
+_ON_LIGHT: dict[type[Step], str] = {FollowLineStep: "forward"}
 
 # What a car does at one moment: (direction, speed level) of its wheels, and the LED that is lit.
 Moment = tuple[tuple[int, int], int]
