@@ -68,9 +68,13 @@ def compare(mission: Mission, methods: list[Method], budgets: list[int]) -> None
                 with opened_archive(Path(folder), search.contents) as archive:
                     search.run(archive, on_this_computer(0, do_task))
                 wall, used = wall + time.perf_counter() - begun, used + cpu_s() - cpu
-                best = search.best.ranked()[0]
-                scores = f"{score(mission, best.program):.5g}", f"{score(other, best.program):.5g}"
                 times = f"{wall:.0f}", f"{used:.0f}", f"{used / search.done * 1000:.1f}"
+                ranked = search.best.ranked()
+                if not ranked:
+                    line(method, search.done, "none yet", "", "", "", *times)
+                    continue
+                best = ranked[0]
+                scores = f"{score(mission, best.program):.5g}", f"{score(other, best.program):.5g}"
                 line(method, search.done, f"{best.mean.grade:.4f}", *scores, best.blocks, *times)
 
 

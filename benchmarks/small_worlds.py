@@ -1,8 +1,13 @@
 """The worlds that people use, which are small and mostly quiet: the page's first one, missions, cars that stand.
 
-`benchmarks/swarm.py` shows them beside crowds, so that tuning for crowds alone shows.
+`benchmarks/swarm.py` shows them beside crowds, so that tuning for crowds alone shows. Run alone, this prints what a
+simulated second of each takes of a processor; other programs disturb that little.
 """
 
+import time
+
+from rich.console import Console
+from rich.table import Table
 from timing import Contestant
 
 from motorcade.engine.world import World
@@ -16,6 +21,7 @@ from motorcade.service.documents import opening, whole_program
 
 WORLDS, SECONDS = 100, 60
 MISSIONS = ("forward-and-stop", "pass-it-on", "a-hundred-cars")
+TURNS = 5
 CARS = 12
 MANY = 10_000
 
@@ -45,3 +51,20 @@ def small_worlds() -> dict[str, Contestant]:
 def _contestant(mat: Mat, program: Program, worlds: int = WORLDS, seconds: int = SECONDS) -> Contestant:
     world = World(mat, [compile_program(program).image], seeds=range(worlds), threads=1)
     return Contestant(worlds * seconds, lambda: world.run(seconds * 1000), world.reset)
+
+
+def main() -> None:
+    table = Table("", "µs of a processor for a simulated second", title="Small worlds, one thread")
+    for name, world in small_worlds().items():
+        took_s = []
+        for _ in range(TURNS):
+            world.prepare()
+            began_s = time.process_time()
+            world.run()
+            took_s.append(time.process_time() - began_s)
+        table.add_row(name, f"{min(took_s) / world.work * 1e6:,.1f}")
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main()
