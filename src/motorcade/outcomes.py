@@ -59,7 +59,7 @@ HTTP_STATUSES: _Rows = (
     (413, ("body-too-large",)),
     (429, ("too-many-attempts", "gives-too-often", "requests-too-fast")),
     (500, ("browser-fault", "cant-delete", "cant-read", "cant-save", "class-not-stored", "undone-meanwhile")),
-    (500, ("internal", "virtual-car")),
+    (500, ("internal", "virtual-car", "work-not-collected")),
     (503, ("camera-driver-missing", "no-camera", "no-picture", "camera-gives-no-answer", "too-many-viewers")),
     (503, ("page-missing", "session-was-idle", "too-many-sessions", "too-many-sessions-of-one")),
     (507, ("browser-library-full", "browser-store-full", "library-full", "too-many-projects")),

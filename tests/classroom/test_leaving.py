@@ -1,6 +1,9 @@
 """Leaving, stopping and deleting depend on nothing that can fail: no name, no disk, no other request."""
 
+import io
+import tempfile
 import threading
+import zipfile
 from base64 import b64encode
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -182,3 +185,23 @@ def test_a_shared_mat_that_is_cleared_while_it_starts_stays_cleared(room, monkey
         assert starting.result() == "mat-is-closed"
     with room.teacher.open("teacher/stream") as page:
         assert page.until("class")["mat"]["state"] == "closed"
+
+
+def test_where_no_temporary_file_can_be_written_the_teacher_is_told_and_none_is_left(room, tmp_path, monkeypatch):
+    """What pupils made is nowhere but in the folder of the class."""
+    room.join("Mia").save("Robot")
+    work = partial(room.teacher.client.get, "/api/teacher/work.zip")
+    kept = tmp_path / "temporary"
+    monkeypatch.setattr(tempfile, "tempdir", str(kept))
+    report = partial(room.teacher.client.post, "/api/teacher/report.html", json={"mission": "forward-and-stop"})
+    for ask in (work, report):
+        answer = ask()
+        assert (answer.status_code, answer.json()["error"]["code"]) == (500, "work-not-collected")
+    kept.mkdir()
+    with monkeypatch.context() as changed:
+        changed.setattr(zipfile.ZipFile, "writestr", lambda archive, path, data: no_room(path, data))
+        assert work().json()["error"]["code"] == "work-not-collected"
+    with room.teacher.client.stream("GET", "/api/teacher/work.zip") as answer:
+        assert answer.status_code == 200
+        assert list(kept.iterdir()) == []
+        assert zipfile.is_zipfile(io.BytesIO(answer.read()))

@@ -3,7 +3,7 @@
 import asyncio
 import socket
 import threading
-from contextlib import AsyncExitStack, closing, suppress
+from contextlib import AsyncExitStack, asynccontextmanager, closing, suppress
 from dataclasses import replace
 from inspect import signature
 
@@ -13,11 +13,12 @@ from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.client import DriveClient
 from motorcade.drive.connection import CarRefusesError
 from motorcade.drive.keys import server_context
+from motorcade.drive.session import CarControl
 from motorcade.drive.wire import pack_frame
 from motorcade.errors import DriveError, MotorcadeError
 from support.driven_car import deaf_port
 from support.loop_car import loop_car
-from support.mock_board import CLASSROOM, NEUTRAL
+from support.mock_board import CLASSROOM, NEUTRAL, MockDriveBoard
 from support.mock_clock import mock_clock, pass_time
 from support.rooms import in_loop
 from support.waiting import until, wait_until
@@ -172,11 +173,66 @@ async def test_a_car_that_stays_away_is_an_error_of_the_next_command():
             await driver.next_telemetry()
 
 
+def telemetry_frame(**other):
+    """The frame that a car at rest sends, with other values."""
+    at_rest = CarControl(MockDriveBoard(lambda: 0.0), lambda: 0, CLASSROOM).telemetry()
+    return pack_frame({"kind": "telemetry"} | at_rest._asdict() | other)
+
+
+@asynccontextmanager
+async def own_car(frame):
+    """A server that sends this as its telemetry, and a client of it."""
+
+    async def send(reader, writer):
+        with closing(writer), suppress(OSError):
+            writer.write(frame)
+            await reader.read()
+
+    async with AsyncExitStack() as servers:
+        listeners = [
+            await servers.enter_async_context(await asyncio.start_server(send, "127.0.0.1", 0)) for _ in range(2)
+        ]
+        port, telemetry_port = (listener.sockets[0].getsockname()[1] for listener in listeners)
+        driver = DriveClient("127.0.0.1", port, telemetry_port=telemetry_port, patience_s=0.1)
+        driver.begin()
+        try:
+            yield driver
+        finally:
+            await driver.end()
+
+
+@pytest.mark.parametrize(
+    "frame",
+    [
+        *(telemetry_frame(you=you) for you in ([1], "ada", 5, True, {"clock": [1]}, {"name": {}}, {"clock": 1 << 60})),
+        *(telemetry_frame(state=state) for state in ("asleep", "\x1b[2J", "", None, 3)),
+        *(telemetry_frame(battery_mv=mv) for mv in (7.4, "7", 1 << 60)),
+        *(telemetry_frame(switches=switches) for switches in (None, [], {"horn": "on"}, {"horn": 2})),
+    ],
+)
+@in_loop
+async def test_telemetry_that_no_car_sends_ends_the_connection_in_a_sentence(frame):
+    """Nothing of it comes to a table, a terminal or a page, which could not show it."""
+    async with own_car(frame) as driver:
+        await until(lambda: driver.problem)
+        with pytest.raises(DriveError, match="the connection ended"):
+            await driver.next_telemetry()
+
+
+@in_loop
+async def test_a_client_that_lost_the_wheel_without_a_name_goes_on():
+    """A car that says no name is no reason to end."""
+    frames = [telemetry_frame(you=you) for you in ({"drives": True}, {"name": "ada", "drives": False})]
+    async with own_car(b"".join(frames)) as driver:
+        await until(lambda: driver.you.get("name"))
+        assert driver.problem is None
+
+
 @pytest.mark.parametrize("floods", ["commands", "telemetry"])
 @in_loop
 async def test_a_car_that_floods_is_hung_up(floods):
     """Ten frames a second are a car's; what a peer may cost has a bound."""
-    frame = pack_frame({"kind": "telemetry", "state": "ready"}) * 1000
+    frame = telemetry_frame() * 1000
     sent_bytes = 0
 
     async def flood(reader, writer):

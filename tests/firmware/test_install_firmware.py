@@ -3,6 +3,7 @@
 import contextlib
 import gc
 import json
+import socket
 import subprocess
 import sys
 import threading
@@ -203,6 +204,8 @@ def test_a_board_that_goes_away_during_the_install_does_not_start(small_car, byt
         ({"freeBytes": 8192}, 8, "has 8 KB free, and 16 KB are needed"),
         ({"spoils": "/car.json"}, 6, "The file car.json"),
         ({"diesAfter": 3}, 5, "No MicroPython answers"),
+        ({"platform": 32}, 9, "went away"),
+        ({"machine": 5}, 9, "went away"),
     ],
     ids=lambda value: next(iter(value)) if isinstance(value, dict) else None,
 )
@@ -214,6 +217,20 @@ def test_each_failure_has_a_sentence_and_an_exit_code(small_car, monkeypatch, op
         assert says in told
         assert at.port in told
         assert not at.look().restarted
+
+
+def test_a_device_that_never_pauses_is_no_board(monkeypatch):
+    monkeypatch.setattr(board_prompt, "_PROMPT_WITHIN_S", 0.3)
+
+    def flood(listener):
+        with contextlib.suppress(OSError), listener.accept()[0] as line:
+            while True:
+                line.sendall(b"\n" * 4096)
+
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        threading.Thread(target=flood, args=[listener], daemon=True).start()
+        port = f"socket://127.0.0.1:{listener.getsockname()[1]}"
+        assert "No MicroPython answers" in refusal(5, "install-firmware", "--port", port)
 
 
 def test_a_failing_flash_is_reported_with_the_boards_message(small_car):

@@ -1,25 +1,22 @@
 """The server of a class: all routes, who may ask for which, and what pages are sent while they are connected."""
 
 import asyncio
-import tempfile
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager, suppress
 from functools import partial
 from inspect import isawaitable
-from pathlib import Path
 from typing import Any
 
 import msgspec
 from anyio import to_thread
 from starlette.applications import Starlette
-from starlette.background import BackgroundTask
 from starlette.requests import HTTPConnection, Request
-from starlette.responses import FileResponse, HTMLResponse, RedirectResponse, Response
+from starlette.responses import FileResponse, HTMLResponse, RedirectResponse, Response, StreamingResponse
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.types import ASGIApp
 from starlette.websockets import WebSocket
 
-from motorcade.classroom.folder import ClassFolder, ReportOrder, class_report, write_work
+from motorcade.classroom.folder import ClassFolder, ReportOrder, class_report, work_file
 from motorcade.classroom.handlers import Asks, Handlers
 from motorcade.classroom.messages import ClassView, Goodbye, MatView, PairView, PupilRow, PupilView, exchanges_of
 from motorcade.classroom.pairs import Pairs
@@ -54,6 +51,9 @@ REQUESTS = {
 }
 # A page is sent the class at most so often; the teacher's at least every few seconds, since it shows ages.
 _PUPIL_EVERY_S, _TEACHER_EVERY_S, _TEACHER_LATEST_S = 0.1, 0.25, 5.0
+
+# So much of a file is sent at once.
+_PART_BYTES = 1 << 16
 
 
 def make_class_app(settings: ClassServerSettings, folder: ClassFolder) -> ASGIApp:
@@ -209,15 +209,15 @@ async def _work(running: RunningClass, request: Request) -> Response:
     language = _language(request)
     pupils = list(running.room.record.pupils)
     title = running.room.record.title
+    file = await to_thread.run_sync(work_file, running.folder, pupils, title, language)
 
-    def write() -> Path:
-        with tempfile.NamedTemporaryFile(prefix="motorcade-", suffix=".zip", delete=False) as file:
-            write_work(file, running.folder, pupils, title, language)  # type: ignore[arg-type]
-        return Path(file.name)
+    def parts() -> Iterator[bytes]:
+        with file:
+            while part := file.read(_PART_BYTES):
+                yield part
 
-    path = await to_thread.run_sync(write)
-    after = BackgroundTask(path.unlink, missing_ok=True)
-    return FileResponse(path, media_type="application/zip", filename="class.zip", background=after)
+    headers = {"content-disposition": 'attachment; filename="class.zip"'}
+    return StreamingResponse(parts(), media_type="application/zip", headers=headers)
 
 
 def _pages(running: RunningClass) -> list[BaseRoute]:

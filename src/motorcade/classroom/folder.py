@@ -17,7 +17,7 @@ from html import escape
 from itertools import chain, count
 from pathlib import Path, PureWindowsPath
 from threading import Lock
-from typing import Annotated, BinaryIO, NamedTuple
+from typing import IO, Annotated, NamedTuple
 from urllib.parse import quote
 
 from msgspec import Meta, Struct
@@ -257,14 +257,20 @@ class _Work(NamedTuple):
     stars: dict[str, list[int]]
 
 
-def write_work(file: BinaryIO, folder: ClassFolder, pupils: Iterable[Pupil], title: str, language: str) -> None:
-    """Write the newest versions of all projects of these pupils, their drafts, and ``overview.html``.
+def work_file(folder: ClassFolder, pupils: Iterable[Pupil], title: str, language: str) -> IO[bytes]:
+    """Return a ZIP file of the newest versions of all projects of these pupils, their drafts, and ``overview.html``.
 
-    A file that can't be read is left out; the page says so.
+    Nobody else can open it, and it is gone when it is closed, or the server ends. A file that can't be read is left
+    out; the page says so. Raises MotorcadeError where the disk is full.
     """
-    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
-        works = [_add(archive.writestr, folder, pupil) for pupil in pupils]
-        archive.writestr(_OVERVIEW, overview(works, title, language))
+    with raised_as("work-not-collected", OSError), ExitStack() as failing:
+        file = failing.enter_context(tempfile.TemporaryFile(prefix="motorcade-"))
+        with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+            works = [_add(archive.writestr, folder, pupil) for pupil in pupils]
+            archive.writestr(_OVERVIEW, overview(works, title, language))
+        file.seek(0)
+        failing.pop_all()
+        return file
 
 
 def class_report(folder: ClassFolder, works: Sequence[Pupil | WorkFile], mission: Mission, language: str) -> bytes:
@@ -272,7 +278,7 @@ def class_report(folder: ClassFolder, works: Sequence[Pupil | WorkFile], mission
 
     Raises MotorcadeError where it can't be made, or takes ten minutes.
     """
-    with tempfile.TemporaryDirectory(prefix="motorcade-") as name:
+    with raised_as("work-not-collected", OSError), tempfile.TemporaryDirectory(prefix="motorcade-") as name:
         work = Path(name) / "work"
         page = Path(name) / "report.html"
         work.mkdir()

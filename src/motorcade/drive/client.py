@@ -294,8 +294,8 @@ class DriveClient:
         async for frame in connection.telemetry():
             self._received_s = _now_s()
             self._has_telemetry = True
-            self.telemetry = read_telemetry(frame)
-            self._note_self(frame.get("you") or {}, connection)
+            self.telemetry, you = read_telemetry(frame)
+            self._note_self(you, connection)
             if self.telemetry.state in ("failsafe", "disarmed"):
                 self._switch.receive_failsafe(_ticks())
             if (clock := self.you.get("clock")) is not None:
@@ -307,7 +307,7 @@ class DriveClient:
     def _note_self(self, you: dict[str, Any], connection: Connection) -> None:
         """Keep what the car sends about this client; ask for the wheel that a former connection still has."""
         if self.you.get("drives") and you.get("name") != self.you.get("name"):
-            self._former_name = self.you["name"]
+            self._former_name = self.you.get("name", "")
         self.you = you
         driver = self.telemetry and self.telemetry.driver
         if you and driver == self._former_name and not you.get("drives"):
@@ -328,7 +328,7 @@ class DriveClient:
             present = {}
             if self.telemetry:
                 present = self.telemetry.switches
-            for word in switch_words(self._switch.switches(_ticks()), present or {}):
+            for word in switch_words(self._switch.switches(_ticks()), present):
                 self._connection.send(self._stamped(word))
 
     @property

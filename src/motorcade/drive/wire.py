@@ -5,10 +5,11 @@ Both ends use it. Pure: axes, bytes, words and frames in and out; no sockets.
 
 import struct
 from collections.abc import Iterator
-from typing import Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import msgspec
 
+from motorcade.car.arbiter import STATES
 from motorcade.errors import MotorcadeError
 from motorcade.words.formats import DRIVE
 
@@ -131,16 +132,23 @@ def newest_of_each_code(words: list[int]) -> list[int]:
     return sorted(newest.values())
 
 
-def read_telemetry(frame: dict[str, Any]) -> "Telemetry":
-    """The telemetry in a frame; None for what isn't in it. Raises ValueError where a car sends something else there."""
+def read_telemetry(frame: dict[str, Any]) -> tuple["Telemetry", dict[str, Any]]:
+    """The telemetry in a frame, and what it says of the client. Raises ValueError where a car sends something else."""
     values = [frame.get(name) for name in Telemetry._fields]
-    for name, value, kind in zip(Telemetry._fields, values, _KINDS, strict=True):
-        if value is not None and (not isinstance(value, kind) or isinstance(value, bool)):
-            raise ValueError(f"{name} is a {type(value).__name__}")
-    return Telemetry(*values)  # type: ignore[arg-type]
+    try:
+        telemetry = msgspec.convert(values, Telemetry)
+        you = msgspec.convert(frame.get("you") or {}, dict[str, _Number | bool | str | None])
+    except msgspec.ValidationError as problem:
+        raise ValueError(f"telemetry of another kind: {problem}") from None
+    if telemetry.state not in dict(STATES):
+        raise ValueError(f"{telemetry.state[:40]!r} is no state")
+    return telemetry, you
 
 
-_KINDS = (str, int, int, int, str, str, *[int] * 7, str, int, dict, int)
+# What every reader of JSON holds exactly: a page, too.
+_MOST = (1 << 53) - 1
+_Number = Annotated[int, msgspec.Meta(ge=-_MOST, le=_MOST)]
+_OnOff = Annotated[int, msgspec.Meta(ge=0, le=1)]
 
 
 class Telemetry(NamedTuple):
@@ -164,19 +172,19 @@ class Telemetry(NamedTuple):
     """
 
     state: str
-    angle_deg: int
-    direction: int
-    speed: int
+    angle_deg: _Number
+    direction: _Number
+    speed: _Number
     driver: str | None
     wanted_by: str | None
-    age_ms: int | None
-    battery_mv: int | None
-    watchers: int
-    refused: int
-    failsafes: int
-    stalls: int
-    faults: int
+    age_ms: _Number | None
+    battery_mv: _Number | None
+    watchers: _Number
+    refused: _Number
+    failsafes: _Number
+    stalls: _Number
+    faults: _Number
     last_fault: str
-    turned_away: int
-    switches: dict[str, int]
-    obstacle_mm: int | None = None
+    turned_away: _Number
+    switches: dict[str, _OnOff]
+    obstacle_mm: _Number | None = None

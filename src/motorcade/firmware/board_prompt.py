@@ -6,8 +6,10 @@ import re
 import struct
 from ast import literal_eval
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from threading import Timer
+from typing import Annotated, NamedTuple
 
+import msgspec
 import serial
 from mpremote.transport import TransportError, TransportExecError
 from mpremote.transport_serial import SerialTransport
@@ -20,6 +22,10 @@ _BAUD = 115200
 # Few enough for the memory of a small board, which gets them as a literal of up to four times the length.
 _CHUNK_BYTES = 1024
 _ANSWER_WITHIN_S = 5
+# mpremote reads until a device pauses; one that never does is hung up, while it is to show its prompt, and later.
+_PROMPT_WITHIN_S, _DONE_WITHIN_S = 15, 120
+# What a text that is no list of facts raises: it may be anything, nested however deep.
+_NO_FACTS = (SyntaxError, ValueError, TypeError, RecursionError, MemoryError, msgspec.ValidationError)
 _FACTS = """import os, sys
 space = os.statvfs('/')
 bytecode = getattr(sys.implementation, '_mpy', 0) & 255
@@ -51,7 +57,7 @@ class Facts(NamedTuple):
 
     platform: str
     version: tuple[int, ...]
-    block_bytes: int
+    block_bytes: Annotated[int, msgspec.Meta(ge=1)]
     free_bytes: int
     bytecode: int
     machine: str = ""
@@ -82,7 +88,8 @@ class BoardPrompt:
         self._folders: set[str] = set()
         self._transport = _opened(port)
         try:
-            self._enter()
+            with self._within(_PROMPT_WITHIN_S):
+                self._enter()
         except BaseException:
             self.close()
             raise
@@ -91,13 +98,13 @@ class BoardPrompt:
         """Return the board's facts. Raises MotorcadeError, as all methods below do."""
         with self._converting_errors("/"):
             platform, version, *others = literal_eval(self._transport.exec(_FACTS).decode())
-        return Facts(platform, tuple(version[:3]), *others)
+            return msgspec.convert([platform, version[:3], *others], Facts)
 
     def sizes(self, folder: str) -> dict[str, int]:
         """Return the path of each file under ``folder`` and its number of bytes."""
         with self._converting_errors(folder):
             lines = self._transport.exec(_LISTING.format(folder)).decode().splitlines()
-        return dict(literal_eval(line) for line in lines)
+            return msgspec.convert(dict(literal_eval(line) for line in lines), dict[str, int])
 
     def checksum(self, path: str) -> bytes | None:
         """Return SHA-256 of the file at ``path``; None where there is none."""
@@ -156,9 +163,21 @@ class BoardPrompt:
                 return
 
     @contextlib.contextmanager
-    def _converting_errors(self, path: str) -> Iterator[None]:
+    def _within(self, seconds: float) -> Iterator[None]:
+        """Close the port where the block takes longer."""
+        late = Timer(seconds, self.close)
+        late.daemon = True
+        late.start()
         try:
             yield
+        finally:
+            late.cancel()
+
+    @contextlib.contextmanager
+    def _converting_errors(self, path: str) -> Iterator[None]:
+        try:
+            with self._within(_DONE_WITHIN_S):
+                yield
         except FileNotFoundError:
             raise
         except TransportExecError as problem:
@@ -166,7 +185,7 @@ class BoardPrompt:
             raise TransferError(
                 "install-failed", port=self.port, path=path, reason=reason[0] if reason else "?"
             ) from None
-        except (TransportError, serial.SerialException, struct.error, SyntaxError, ValueError):
+        except (TransportError, serial.SerialException, struct.error, *_NO_FACTS):
             raise TransferError("install-cut-off", port=self.port) from None
         except OSError as problem:
             if isinstance(problem, ConnectionError) or not problem.errno or problem.errno == 5:

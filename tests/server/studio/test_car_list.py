@@ -1,18 +1,22 @@
 """The list of cars on a page, with simulated cars at real ports."""
 
+import asyncio
 import base64
+import json
 import ssl
+from unittest.mock import AsyncMock
 
 import pytest
+from starlette.websockets import WebSocket
 
 from motorcade.fleet.cars import Cars
 from motorcade.fleet.places import place_of
 from motorcade.server.studio import cars
-from motorcade.server.studio.sessions import CARS
+from motorcade.server.studio.sessions import CARS, Settings
 from motorcade.upload import serial_port
 from support.remote_page import PageSocket
-from support.rooms import FIRST, SECOND, SECOND_CRC32, simulated_cars
-from support.waiting import DEADLINE_S, wait_until
+from support.rooms import FIRST, SECOND, SECOND_CRC32, in_loop, simulated_cars
+from support.waiting import DEADLINE_S, until, wait_until
 from support.world_page import server
 
 
@@ -96,3 +100,36 @@ def test_cars_are_looked_for_while_any_page_shows_them(tmp_path, monkeypatch):
                 CarListPage(another).shows(lambda found: "gone" in found)
             assert looking == ["begins"]
         wait_until(lambda: looking == ["begins", "ends"], deadline_s=DEADLINE_S)
+
+
+@in_loop
+async def test_a_page_that_is_loaded_anew_stops_the_cars_while_an_upload_of_before_lasts(tmp_path, monkeypatch):
+    ended = asyncio.Event()
+
+    class SlowCars(Cars):
+        async def load(self, *given):
+            await ended.wait()
+            return []
+
+    def open_page(order):
+        """A page of the list, which sends an order; its task ends when the page has left."""
+        waiting = asyncio.Queue()
+        waiting.put_nowait({"type": "websocket.connect"})
+        waiting.put_nowait({"type": "websocket.receive", "text": order})
+        socket = WebSocket({"type": "websocket"}, waiting.get, AsyncMock())
+        return waiting, asyncio.create_task(listed.serve(socket))
+
+    monkeypatch.setattr(cars, "Cars", SlowCars)
+    with simulated_cars(1) as (car,):
+        listed = cars.CarList(Settings(library=tmp_path, page=tmp_path, places=(place_of(car.address),)))
+        image = base64.b64encode(SECOND).decode()
+        waiting, first = open_page(json.dumps({"do": "load", "where": [car.address], "image": image, "program": ""}))
+        await until(lambda: listed._loads)
+        waiting.put_nowait({"type": "websocket.disconnect"})
+        await until(lambda: not listed._pages)
+        waiting, second = open_page(json.dumps({"do": "stop"}))
+        await until(lambda: [row.state for row in listed._shown().cars] == ["stopped"])
+        ended.set()
+        waiting.put_nowait({"type": "websocket.disconnect"})
+        await asyncio.gather(first, second)
+        assert not listed._pages

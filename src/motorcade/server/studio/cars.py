@@ -35,6 +35,7 @@ class CarList:
         self._settings = settings
         self._may_stay = may_stay
         self._pages = 0
+        self._is_looking = False
         self._lock = asyncio.Lock()
         self._resources = AsyncExitStack()
         self._cars = Cars()
@@ -105,23 +106,25 @@ class CarList:
     async def _looking(self) -> AsyncIterator[None]:
         """Look for cars while any page shows them."""
         async with self._lock:
-            if self._pages == 0:
+            self._pages += 1
+            if not self._is_looking:
                 self._cars = Cars(self._settings.places, self._settings.keys)
                 if self._ordered == STOP:
                     self._cars.order(STOP)
                 self._finder = Finder(self._cars)
                 await self._resources.enter_async_context(self._cars)
                 await self._resources.enter_async_context(self._finder.looking())
-            self._pages += 1
+                self._is_looking = True
         try:
             yield
         finally:
             self._pages -= 1
+            while self._pages == 0 and self._loads:
+                # A page that is loaded anew finds its uploads at their end; until then it sees the cars and stops them.
+                await asyncio.wait(self._loads)
             async with self._lock:
-                if self._pages == 0 and self._loads:
-                    # A page that is loaded anew finds its uploads at their end.
-                    await asyncio.wait(self._loads)
-                if self._pages == 0:
+                if self._pages == 0 and self._is_looking:
+                    self._is_looking = False
                     await self._resources.aclose()
 
     def _shown(self) -> CarsShown:
