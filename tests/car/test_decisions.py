@@ -117,6 +117,31 @@ def test_words_do_what_a_second_interpreter_does(image, ticks, begins_ms, profil
 
 
 @given(
+    word=st.integers(0, (1 << 30) - 1),
+    floor=st.booleans(),
+    ticks=moments(),
+)
+def test_a_step_without_seconds_goes_on_without_a_gap_when_its_word_begins_again(word, floor, ticks):
+    """Only a turn to a line shows it, which then turns on."""
+    turns = word >> 27 & 3 in (brain.LEFT, brain.RIGHT)
+    durations = 3 << 23 | 3 << 19 | 3 << 14
+    word = word & ~0xFFF | durations | 1 << 30 | (floor and not turns) << 11
+    until = STATE.encode(until=PERSON)
+    again = FLOW.encode(op=JUMP, target=0, condition=PERSON, if_not=1)
+    image = Image([word | until, again], [], -1, 0, 1)
+    leader, unbroken = Leader(image), Leader(image)
+    unbroken.levels = (*unbroken.levels[:3], 1 << 20, *unbroken.levels[4:])
+    now_ms = 0
+    for late_ms, voice, senses in ticks:
+        shown = []
+        for car in (leader, unbroken):
+            car.tick(now_ms, senses._replace(person=0), voice)
+            shown.append((car.wheels, brain.lit_led(car.memory, now_ms, car.levels)))
+        assert shown[0] == shown[1]
+        now_ms += late_ms
+
+
+@given(
     image=deciding_images(draws=False),
     ticks=moments(),
     begins_ms=BEGINS_MS,
