@@ -147,7 +147,8 @@ COUNTS = {
         {
             "if": {
                 "when": {"person": {}},
-                "then": [{"drive": {"direction": "left", "speed": 1, "seconds": 1}}],
+                # A car that turned would no longer see the person after two turns.
+                "then": [{"led": {"which": 1, "seconds": 1}}],
                 "else": [{"wait": {"seconds": 1}}],
             }
         },
@@ -170,10 +171,10 @@ def test_while_it_runs_blocks_table_and_timeline_show_what_the_leader_decides(op
         expect(paths).to_have_count(0)
     studio.play()
     # The taken branch glows with its 'if', and then the condition and the other branch.
-    turns, waits = studio.block("leader", "left"), studio.block("leader", "wait")
+    lights, waits = studio.block("leader", "light"), studio.block("leader", "wait")
     expect(waits.locator(":scope > path.motorcade-taken")).to_have_count(1)
     expect(studio.block("leader", "a person is near").locator(":scope > path.motorcade-met")).to_have_count(1)
-    expect(turns.locator(":scope > path.motorcade-taken")).to_have_count(1)
+    expect(lights.locator(":scope > path.motorcade-taken")).to_have_count(1)
     expect(waits.locator(":scope > path.motorcade-taken")).to_have_count(0)
     studio.look_up("words")
     counters = studio.page.get_by_role("list", name=studio.say("words.counters"))

@@ -4,7 +4,7 @@ from itertools import pairwise
 from types import SimpleNamespace
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motorcade.car import brain, decisions, frames, next_wakeup, step
@@ -114,6 +114,42 @@ def test_words_do_what_a_second_interpreter_does(image, ticks, begins_ms, profil
         assert leader.began == [(index, at_ms & TICKS_MASK) for index, at_ms in other.began]
         assert leader.sent == []
         now_ms += late_ms
+
+
+@settings(max_examples=10 * settings().max_examples)
+@given(
+    word=st.integers(0, (1 << 30) - 1),
+    floor=st.booleans(),
+    ticks=moments(),
+)
+def test_a_step_without_seconds_goes_on_without_a_gap_when_its_word_begins_again(word, floor, ticks):
+    turns = word >> 27 & 3 in (brain.LEFT, brain.RIGHT)
+    durations = 3 << 23 | 3 << 19 | 3 << 14
+    word = word & ~0xFFF | durations | 0b11 << 29 | 1 << 25 | (floor and not turns) << 11
+    until = STATE.encode(until=PERSON)
+    again = FLOW.encode(op=JUMP, target=0, condition=PERSON, if_not=1)
+    image = Image([word | until, again], [], -1, 0, 1)
+    leader, unbroken = Leader(image), Leader(image)
+    unbroken.levels = (*unbroken.levels[:3], 1 << 20, *unbroken.levels[4:])
+    now_ms = 0
+    for late_ms, voice, senses in ticks:
+        shown = []
+        for car in (leader, unbroken):
+            car.tick(now_ms, senses._replace(person=0), voice)
+            shown.append((car.wheels, brain.lit_led(car.memory, now_ms, car.levels)))
+        assert shown[0] == shown[1]
+        now_ms += late_ms
+
+
+def test_a_turn_to_a_line_without_seconds_turns_on_when_its_word_begins_again():
+    words = [STATE.encode(motor_enable=1, motor_direction=1, motor_speed=1, motor_duration=3, floor=1, until=PERSON)]
+    words.append(FLOW.encode(op=JUMP, target=0, condition=PERSON, if_not=1))
+    leader = Leader(Image(words, [], -1, 0, 1)).tick(0)
+    dark = Senses(1 << 20, 0, 3)
+    wheels = [
+        leader.tick(now_ms, senses).wheels for now_ms, senses in [(100, OFF), (500, dark), (2999, OFF), (3000, OFF)]
+    ]
+    assert wheels == [brain.LEFT * 4 + 1, brain.STILL, brain.STILL, brain.LEFT * 4 + 1]
 
 
 @given(

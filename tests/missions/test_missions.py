@@ -3,16 +3,20 @@
 from dataclasses import replace
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scripts.usual_mistakes import PROGRAMS, noted_programs, program_of
 
 from motorcade.locales import languages
-from motorcade.missions.check import check_program, open_worlds_here, usual_mistake, watched
+from motorcade.missions.check import check_program, image_steps, open_worlds_here, program_steps, usual_mistake, watched
 from motorcade.missions.document import LITERATURE, missions, shortest_programs
 from motorcade.missions.goal import EVERY_MS
 from motorcade.missions.schema import PATHS
 from motorcade.missions.watch import MissionWatch
 from motorcade.program.compiler import compile_program
-from motorcade.program.model import count_blocks, program_from_dict
+from motorcade.program.model import count_blocks, placed_steps, program_from_dict
+from motorcade.program.reactions import reactions_of
+from support.drawn_leaders import DrawnLeader
 from support.soak import SOAK
 
 MISSIONS = {each.id: each for each in missions()}
@@ -29,6 +33,36 @@ def test_the_solution_earns_all_stars_and_the_near_miss_none(name):
     missed = check_program(mission, mission.near_miss)
     assert missed.stars == set()
     assert 0 <= missed.grade < 1
+
+
+@pytest.mark.parametrize("name", MISSIONS)
+def test_an_image_has_steps_that_are_allowed_where_its_program_has(name):
+    mission = MISSIONS[name]
+    known = PROGRAMS[name]
+    for program in [mission.solution, mission.near_miss, *map(program_of, [*known["right"], *known["wrong"]])]:
+        given = program_steps(mission, program)
+        found = image_steps(mission, compile_program(program, mission.profile).image)
+        assert found is given or found.met >= given.met
+
+
+@given(st.integers(0, 1 << 40))
+def test_the_steps_of_any_image_may_come_from_the_kinds_of_its_program(seed):
+    program = DrawnLeader(seed).program
+    image = compile_program(program).image
+    steps = [step for _, step in placed_steps(program)]
+    # A drive's 'unless' and what ends a step have kinds of their own; LED 0 for 0 s is no step in an image.
+    kinds = {beside.kind for step in steps for beside in (step, *reactions_of(step))} | {"together"}
+    kinds |= {"if" for step in steps if step.until is not None}
+    mission = MISSIONS["guard-dog"]
+    mission = replace(mission, document={**mission.document, "steps": sorted(kinds)})
+    assert not image or image_steps(mission, image).met
+
+
+def test_an_image_of_other_steps_than_those_allowed_is_refused():
+    mission = MISSIONS["pass-it-on"]
+    program = program_of("together(forward(3, 2), led(1, 3)), wait(9)")
+    assert not image_steps(mission, compile_program(program).image).met
+    assert not image_steps(mission, compile_program(MISSIONS["sheepdog"].solution).image).met
 
 
 @pytest.mark.parametrize("name", MISSIONS if SOAK else ["fewer-words", "forward-and-stop", "zebra-crossing"])

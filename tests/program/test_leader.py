@@ -36,6 +36,8 @@ from motorcade.program.flow_steps import (
 )
 from motorcade.program.model import placed_steps
 from motorcade.program.parts import control_word
+from motorcade.words.flow import JUMP, PERSON
+from motorcade.words.formats import FLOW
 from motorcade.words.image import parse_image
 from support.drawn_leaders import DrawnLeader, drawn_image
 from support.leader_runs import run_tree, run_words
@@ -269,3 +271,14 @@ def test_followers_are_told_words_behind_those_of_their_own_steps():
 def test_a_leader_that_decides_nothing_stays_a_leader_of_the_seed():
     program = Program([repeat(3, forward(1), left(1))], [wait(1)])
     assert parse_image(compile_program(program).words).decides == 0
+
+
+@pytest.mark.parametrize(
+    "inside", [[forward(1)], [forward(1), change_counter("laps", 1)], [repeat_until(dark(), left(1))]]
+)
+def test_a_loop_that_is_the_whole_program_is_asked_again_when_it_is_left(inside):
+    """Its last word, a jump to the first one, isn't needed; who leaves the loop goes where it led."""
+    compiled = compile_program(Program([repeat_until(person(), *inside)]), CLASSROOM)
+    first = FLOW.decode(compiled.words[1])
+    assert (first.op, first.condition, first.if_not, first.target) == (JUMP, PERSON, 0, 0)
+    assert compile_program(decompile(compiled.words, CLASSROOM), CLASSROOM).words == compiled.words

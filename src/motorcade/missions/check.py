@@ -8,7 +8,6 @@ programs of the notes, and makes mistakes.json.
 import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import suppress
 from functools import cache, reduce
 from importlib import resources
 from itertools import chain
@@ -103,23 +102,32 @@ Look = Callable[[Sight], None]
 """Is shown each moment of a check's runs."""
 
 
+# An image doesn't say which steps its program has: the kinds that may make the same words as another one does.
+_SAME_WORDS = {
+    "repeat": {"if", "do"},
+    "if": {"repeat", "do"},
+    "flow": {"if", "repeat", "do"},
+    "wait": {"drive"},
+    "follow_line": {"floor"},
+    "turn_to_line": {"floor"},
+}
+
+
 def check_image(mission: Mission, image: bytes, look: Look | None = None) -> Result:
-    """Check an image; its steps are those that it decompiles to. Raises MotorcadeError where it can't be simulated."""
-    program = None
-    with suppress(DecompileError):
-        program = decompile(bytes_to_words(image))
-    return _check(mission, image, program, open_worlds_here, look)
+    """Check an image, whose words may come from several steps. Raises MotorcadeError where it can't be simulated."""
+    return _check(mission, image, image_steps(mission, image), open_worlds_here, look)
 
 
 def check_program(
     mission: Mission, program: Program, open_worlds: OpenWorlds = open_worlds_here, look: Look | None = None
 ) -> Result:
     """Check a program, compiled for the mission's cars. Raises ProgramError where it has errors."""
-    return _check(mission, compile_program(program, mission.profile).image, program, open_worlds, look)
+    image = compile_program(program, mission.profile).image
+    return _check(mission, image, program_steps(mission, program), open_worlds, look)
 
 
 def _check(
-    mission: Mission, image: bytes, program: Program | None, open_worlds: OpenWorlds, look: Look | None
+    mission: Mission, image: bytes, steps: GoalResult | None, open_worlds: OpenWorlds, look: Look | None
 ) -> Result:
     watches = {seed: MissionWatch(mission, image) for seed in mission.seeds}
     for sight in watched(open_worlds(mission.mat, [image], mission.profile, mission.seeds, True), mission):
@@ -136,7 +144,7 @@ def _check(
         else:
             results.append(_worst(mission, number, states, mean))
     grade = fmean(grade_of(mission, of_run) for of_run in grades)
-    if (steps := steps_result(mission, program)) is not None:
+    if steps is not None:
         results.insert(0, steps)
         grade *= steps.grade
     return Result(stars_of(results), results, grade)
@@ -206,12 +214,29 @@ def own_stars(mission: Mission, trials: Sequence[Trial]) -> list[int]:
     return stars if 1 in stars else []
 
 
-def steps_result(mission: Mission, program: Program | None) -> GoalResult | None:
+def program_steps(mission: Mission, program: Program) -> GoalResult | None:
     """The result for the kinds of steps that a program uses; None where the mission allows all."""
-    allowed = mission.document.get("steps")
-    if allowed is None or program is None:
+    return _steps_result(mission, _kinds_of(program))
+
+
+def image_steps(mission: Mission, image: bytes) -> GoalResult | None:
+    """The result for the kinds of steps that an image's words may come from; None where no steps say them."""
+    allowed = set(mission.document.get("steps") or ())
+    try:
+        kinds = _kinds_of(decompile(bytes_to_words(image)))
+    except DecompileError:
         return None
-    used = {beside.kind for _, step in placed_steps(program) for beside in (step, *reactions_of(step))}
+    return _steps_result(mission, {kind for kind in kinds if not _SAME_WORDS.get(kind, set()) & allowed})
+
+
+def _kinds_of(program: Program) -> set[str]:
+    return {beside.kind for _, step in placed_steps(program) for beside in (step, *reactions_of(step))}
+
+
+def _steps_result(mission: Mission, used: set[str]) -> GoalResult | None:
+    allowed = mission.document.get("steps")
+    if allowed is None:
+        return None
     others = sorted(used - set(allowed))
     if others:
         why = Phrase("goal-steps-not-allowed", used=_listed(others), allowed=_listed(allowed))

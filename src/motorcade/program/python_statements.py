@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+from motorcade.errors import Phrase
 from motorcade.program import flow_steps
 from motorcade.program import python_syntax as fixes
 from motorcade.program.blocks import MOST_DEEP
@@ -60,6 +61,9 @@ class StatementReader(CallReader):
         is_plain = not any(unusual) and not statement.decorator_list
         if not is_plain or (name == LEADER and arguments.args):
             self._refuse("python-parameters", statement, name=name)
+        for argument in arguments.args:
+            if _is_bound(argument.arg, statement.body):
+                self._refuse("python-name-is-bound", statement, name=argument.arg)
         self.definitions[name] = statement
 
     @property
@@ -259,7 +263,7 @@ class StatementReader(CallReader):
         here = f"{path}[{len(steps)}]"
         if self._leads and not definition.args.args:
             if call.args or call.keywords:
-                self._refuse("python-arguments", call, name=name, names="")
+                self._refuse("python-arguments", call, name=name, names=Phrase("nothing"))
             self.spans[here] = self.source.span(call)
             around.parts.append(Node(here, *self.source.extent(call)))
             steps.append({DoStep.kind: name})
@@ -308,6 +312,9 @@ class StatementReader(CallReader):
         name = statement.target.id if isinstance(statement.target, ast.Name) else ""
         read = [node for part in statement.body for node in ast.walk(part) if isinstance(node, ast.Name)]
         is_used = any(node.id == name and isinstance(node.ctx, ast.Load) for node in read)
+        if name in self._counters or (is_used and _is_bound(name, statement.body)):
+            self._refuse("python-name-is-bound", statement, name=name)
+            return
         match statement.iter:
             case ast.Call(func=ast.Name(id="range"), args=[most], keywords=[]) if not is_used:
                 times = self._value(most)
@@ -368,6 +375,12 @@ class StatementReader(CallReader):
             elif self._value(statement.value) != 0:
                 edit = Fix(TEXT, "0", self.source.span(statement.value))
                 self._refuse("python-counter-begins", statement, [edit], name=name)
+
+
+def _is_bound(name: str, body: Iterable[ast.stmt]) -> bool:
+    """Whether statements give a name a value, as a loop's variable too."""
+    nodes = (node for part in body for node in ast.walk(part) if isinstance(node, ast.Name))
+    return any(node.id == name and isinstance(node.ctx, ast.Store) for node in nodes)
 
 
 def _done_in(document: Any) -> Iterator[str]:
