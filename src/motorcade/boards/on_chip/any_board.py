@@ -12,7 +12,7 @@ if MYPY:
     from motorcade.boards.on_chip.parts import Drivable
 
 from motorcade.boards.micropython import MicroPythonBoard
-from motorcade.boards.on_chip.parts import PWM_HZ, Motor, MotorPair, Ultrasonic
+from motorcade.boards.on_chip.parts import PWM_HZ, Motor, Ultrasonic
 from motorcade.boards.on_chip.pixel_program import STEPS_HZ, assemble
 from motorcade.car.brain import NO_LED
 
@@ -25,8 +25,8 @@ _DUTY_MAX = 255
 _SHORTEST_ECHO_US = 100
 # High and low of a 0 and of a 1, in ns.
 _BIT_NS = (400, 850, 800, 450)
-# What every car's board opens.
-_PLAIN = ("leds", "infrared", "serial", "voice")
+# What MicroPythonBoard opens.
+_PLAIN = ("leds", "infrared", "serial", "voice", "left_motor", "right_motor", "left_rear_motor", "right_rear_motor")
 # The state machines 0 to 3 share the memory that is full of the infrared sender's program.
 _STATE_MACHINE = 4
 
@@ -172,15 +172,6 @@ class AnyBoard(MicroPythonBoard):
         super().__init__(plain, modules, *others)
         for part, numbers in settings["inputs"].items():
             self._inputs[part] = [_input(machine, number, options.get(part, {})) for number in numbers]
-        if "left_motor" in pins and "right_motor" in pins:
-            left, right = [_side(machine, pins, options, side) for side in ("left", "right")]
-            self._wheels = MotorPair(
-                left,
-                right,
-                settings["drive_duties"],
-                settings["turn_duties"],
-                settings.get("duty_percents", (100, 100)),
-            )
         if "ultrasonic" in pins:
             # An ESP32 has no hard interrupts.
             interrupt = {"hard": True} if modules.platform != "esp32" else {}
@@ -202,18 +193,17 @@ class AnyBoard(MicroPythonBoard):
         if self._pixels is not None:
             self._pixels.show(which)
 
+    def _side(self, machine: "Any", settings: "dict[str, Any]", side: str) -> "Drivable":
+        """Return the motors of the left or the right side."""
+        motors: list[Drivable] = []
+        for part in (side + "_motor", side + "_rear_motor"):
+            wires = settings["pins"].get(part)
+            if wires and "direction" in wires:
+                motors.append(PhaseMotor(machine, wires, settings["options"][part]["forward_is"]))
+            elif wires:
+                motors.append(Motor(machine, wires))
+        return MotorRow(motors)
+
 
 def _input(machine: "Any", number: int, options: "Mapping[str, int]") -> LevelInput:
     return LevelInput(machine, number, options.get("active", 1), options.get("threshold", 0))
-
-
-def _side(machine: "Any", pins: "Mapping[str, Any]", options: "Mapping[str, Any]", side: str) -> MotorRow:
-    """Return the motors of the left or the right side."""
-    motors: list[Drivable] = []
-    for part in (side + "_motor", side + "_rear_motor"):
-        wires = pins.get(part)
-        if wires and "direction" in wires:
-            motors.append(PhaseMotor(machine, wires, options[part]["forward_is"]))
-        elif wires:
-            motors.append(Motor(machine, wires))
-    return MotorRow(motors)
