@@ -48,7 +48,7 @@ def test_a_car_has_a_profile_of_its_own(car):
 
 
 def test_a_command_makes_a_car_by_its_name(tmp_path):
-    done = run("install-firmware", "--car", "freenove-pico", "--dry-run", "--json")
+    done = run("install-firmware", "--car", "Freenove-Pico", "--dry-run", "--json")
     settings = json.loads(done.out)["settings"]
     assert settings["pins"]["left_rear_motor"] == {"forward": 21, "backward": 20}
     assert settings["options"]["pixels"] == {"count": 8}
@@ -70,6 +70,7 @@ def test_a_command_makes_a_car_by_its_name(tmp_path):
             ("install-firmware", "--dry-run", "--car", "segway"),
             "known are elegoo-v4, freenove-pico, mbot, picogo, yahboom",
         ),
+        (("arduino-library", "--car", "segway"), "no car from a shop is called 'segway'"),
         (("arduino-library", "-o", "x", "--car", "picogo"), "lights WS2812 on an Uno, a Nano or a Mega alone"),
         (("arduino-library", "-o", "x", "--car", "mbot", "--pins", __file__), "--car and --pins exclude each other"),
     ],
