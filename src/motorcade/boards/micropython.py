@@ -37,6 +37,7 @@ class MicroPythonBoard(Board):
     # No tick may take an RP2040 more than 20 ms. 64 bytes take 6 ms at 115200 baud.
     words_a_tick = 4
     bytes_a_tick = 64
+    _sonar: "Callable[..., Ultrasonic]" = Ultrasonic
 
     def __init__(
         self, settings: "dict[str, Any]", modules: "Any", line: UploadLine, voice: "Callable[[], int]"
@@ -76,10 +77,10 @@ class MicroPythonBoard(Board):
             self._leds.append(led)
         self._ultrasonic: Ultrasonic | None = None
         if "ultrasonic" in pins:
-            self._ultrasonic = Ultrasonic(machine, clock, pins["ultrasonic"], settings["range_mm"], interrupt)
+            self._ultrasonic = self._sonar(machine, clock, pins["ultrasonic"], settings["range_mm"], interrupt)
         self._inputs = {}
         for part, numbers in settings["inputs"].items():
-            self._inputs[part] = [machine.Pin(number, machine.Pin.IN) for number in numbers]
+            self._inputs[part] = [self._input(machine, settings, part, number) for number in numbers]
         infrared = pins.get("infrared", {})
         self._receiver: InfraredReceiver | None = None
         # A leader receives nothing, so it needs no interrupts.
@@ -195,6 +196,10 @@ class MicroPythonBoard(Board):
         for number, led in enumerate(self._leds):
             if led is not None:
                 led.value(1 if number == which else 0)
+
+    def _input(self, machine: "Any", settings: "dict[str, Any]", part: str, number: int) -> "Any":
+        """Return one of the part's inputs."""
+        return machine.Pin(number, machine.Pin.IN)
 
     def _side(self, machine: "Any", settings: "dict[str, Any]", side: str) -> "Drivable":
         """Return the motor of the left or the right side."""
