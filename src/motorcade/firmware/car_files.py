@@ -24,6 +24,8 @@ from motorcade.imports import PACKAGE, needed_files
 MAIN = "main.py"
 # The folder that MicroPython searches for modules.
 LIBRARY = "lib"
+# The module that main.py imports, which all others are joined to where they are compiled.
+START = f"{LIBRARY}/{PACKAGE.name}/boards/on_chip/power_on.py"
 # What only some cars need, by the setting that asks for it: those modules are imported inside functions.
 EXTRAS = {
     "wifi": PACKAGE / "boards" / "on_chip" / "wifi_line.py",
