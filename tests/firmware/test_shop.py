@@ -1,14 +1,16 @@
 """Cars from shops: what is listed, what the commands make of them, and that each follows."""
 
 import json
+from types import ModuleType
 
+import driven_car
 import pytest
-from driven_car import Bench
 
 from motorcade.car.brain import FORWARD, LEFT, RIGHT
 from motorcade.config.profile import built_in_profile
-from motorcade.firmware.car_files import settings_of
+from motorcade.firmware.car_files import LIBRARY, START, board_files, settings_of
 from motorcade.firmware.shop import described, shop_car, shop_cars
+from motorcade.firmware.shortened import joined
 from motorcade.words.infrared import frame_durations_us, to_frame
 from support.command_line import run
 
@@ -48,7 +50,7 @@ def test_a_car_has_a_profile_of_its_own(car):
 
 
 def test_a_command_makes_a_car_by_its_name(tmp_path):
-    done = run("install-firmware", "--car", "freenove-pico", "--dry-run", "--json")
+    done = run("install-firmware", "--car", "Freenove-Pico", "--dry-run", "--json")
     settings = json.loads(done.out)["settings"]
     assert settings["pins"]["left_rear_motor"] == {"forward": 21, "backward": 20}
     assert settings["options"]["pixels"] == {"count": 8}
@@ -70,6 +72,7 @@ def test_a_command_makes_a_car_by_its_name(tmp_path):
             ("install-firmware", "--dry-run", "--car", "segway"),
             "known are elegoo-v4, freenove-pico, mbot, picogo, yahboom",
         ),
+        (("arduino-library", "--car", "segway"), "no car from a shop is called 'segway'"),
         (("arduino-library", "-o", "x", "--car", "picogo"), "lights WS2812 on an Uno, a Nano or a Mega alone"),
         (("arduino-library", "-o", "x", "--car", "mbot", "--pins", __file__), "--car and --pins exclude each other"),
     ],
@@ -91,9 +94,17 @@ def turning(chip, pins, motor: str) -> int:
 
 
 @pytest.mark.parametrize("name", PICOS)
-def test_a_car_with_a_pico_follows(name):
-    """All frames of one behind the other, each of which turns the wheels another way and lights another colour."""
-    bench = Bench(settings_of(shop_car(name), built_in_profile(name), False), "rp2")
+def test_a_car_with_a_pico_follows(name, monkeypatch):
+    """All frames of one behind the other, each of which turns the wheels another way and lights another colour.
+
+    The car's modules are joined, as on a chip.
+    """
+    settings = settings_of(shop_car(name), built_in_profile(name), False)
+    whole = ModuleType("whole")
+    exec(joined(board_files(settings), LIBRARY, START)[START], whole.__dict__)
+    for used in ("load_settings", "open_board", "Car"):
+        monkeypatch.setattr(driven_car, used, getattr(whole, used))
+    bench = driven_car.Bench(settings, "rp2")
     car = bench.open()
     sides = {"left": [], "right": []}
     for motor in bench.pins:

@@ -2,8 +2,9 @@
 
 import sys
 from pathlib import Path
+from typing import Any
 
-from motorcade.firmware.shortened import shortened
+from motorcade.firmware.shortened import joined, shortened
 
 NUMBERS = b'"""Numbers."""\nBITS = 3\nMASK: int = (1 << BITS) - 1\nWORD = 0xFFFFFFFF\n'
 USER = b'''
@@ -71,14 +72,69 @@ def result(folder: Path, files: dict[str, bytes], monkeypatch) -> tuple[object, 
     return user.used(4), pair.a, pair.b, pair.first, user.counted(2), user.COUNT, user.shadowed(9), user.Fault("x").args
 
 
-def test_what_is_shortened_does_the_same_and_modules_of_constants_are_gone(tmp_path, monkeypatch):
+def test_what_is_shortened_does_the_same_and_modules_of_constants_are_empty(tmp_path, monkeypatch):
     short = shortened(FILES, "lib")
-    assert "lib/small/ends.py" not in short
+    assert short["lib/small/ends.py"] == b""
     # A function has an argument of this name.
     assert short["lib/small/numbers.py"] == b"MASK = (1 << 3) - 1"
     assert short["main.py"] == FILES["main.py"]
     expected = result(tmp_path / "whole", FILES, monkeypatch)
     assert result(tmp_path / "short", short, monkeypatch) == expected
-    for gone in (b"numbers.WORD", b"LOW", b"NONE + x", b"x >> NONE", b"Keep both", b"= (b, a)", b"->"):
+    for gone in (b"numbers.WORD", b"LOW", b"Keep both", b"= (b, a)", b"->"):
         assert gone in USER.replace(b"b, a", b"(b, a)")
-        assert gone.replace(b"NONE", b"0") not in short["lib/small/user.py"]
+        assert gone not in short["lib/small/user.py"]
+
+
+MORE = b"""
+from small import tools
+from small.tools import scaled as grown, Tool
+
+def scaled(value):
+    return value - 1
+
+class Drawer:
+    size = 2
+    def scaled(self, by):
+        return grown(self.size) * by
+
+def everything(scaled):
+    from small.late import late
+    return scaled, grown(3), tools.scaled(4), tools.BASE, Drawer().scaled(5), Tool().name, late(6), again(7)
+
+def again(value):
+    return scaled(value)
+"""
+TOOLS = b"""
+BASE = [1]
+def scaled(value):
+    return helped(value) * 2
+def helped(scaled):
+    base = scaled
+    return base
+class Tool:
+    name = "scaled"
+"""
+LATE = b"""
+from small.tools import helped
+def late(value):
+    return helped(value) + len(BASE)
+BASE = "late"
+"""
+ALONE = b"def made(asm_pio): return asm_pio"
+
+
+def test_joined_modules_do_what_they_did(tmp_path, monkeypatch):
+    files = {
+        "lib/small/__init__.py": b"",
+        "lib/small/more.py": MORE,
+        "lib/small/tools.py": TOOLS,
+        "lib/small/late.py": LATE,
+        "lib/small/alone.py": ALONE,
+        "main.py": b"import small.more",
+    }
+    one = joined(files, "lib", "lib/small/more.py")
+    assert one.keys() == {"lib/small/more.py", "lib/small/alone.py", "main.py"}
+    assert b"small" not in one["lib/small/more.py"]
+    names: dict[str, Any] = {}
+    exec(one["lib/small/more.py"], names)
+    assert names["everything"](8) == (8, 6, 8, [1], 20, "scaled", 10, 6)

@@ -127,7 +127,7 @@ def test_a_mark_is_a_carrier_of_38_khz_that_is_on_for_three_eighths(rp2, sent):
 def test_a_colour_is_24_pulses_that_are_short_for_a_0_and_long_for_a_1(micropython_installed):
     """A WS2812 wants 0.25 to 0.55 µs of high for a 0, 0.65 to 0.95 µs for a 1, and 1.25 µs for both."""
     words = (0xA5C30F00, 0x00000000, 0xFFFFFF00)
-    for word, edges in zip(words, edges_of(pixel_program.assemble(RecordedRp2()), [0, *words]), strict=True):
+    for word, edges in zip(words, edges_of(pixel_program.assemble_pixels(RecordedRp2()), [0, *words]), strict=True):
         rises = [cycle for cycle, level in edges if level]
         highs = [fall - rise for (rise, _), (fall, _) in zip(edges[::2], edges[1::2], strict=True)]
         assert [{3: "0", 6: "1"}[steps] for steps in highs] == list(f"{word >> 8:024b}")

@@ -9,6 +9,8 @@ if MYPY:
     from collections.abc import Callable
     from typing import Any
 
+    from motorcade.boards.on_chip.parts import Drivable
+
 from motorcade.boards.on_chip.infrared import InfraredReceiver, PioSender, RmtSender, has_come, open_receiver
 from motorcade.boards.on_chip.lines import UploadLine
 from motorcade.boards.on_chip.parts import ImageFile, Motor, MotorPair, Ultrasonic
@@ -35,6 +37,7 @@ class MicroPythonBoard(Board):
     # No tick may take an RP2040 more than 20 ms. 64 bytes take 6 ms at 115200 baud.
     words_a_tick = 4
     bytes_a_tick = 64
+    _sonar: "Callable[..., Ultrasonic]" = Ultrasonic
 
     def __init__(
         self, settings: "dict[str, Any]", modules: "Any", line: UploadLine, voice: "Callable[[], int]"
@@ -61,15 +64,9 @@ class MicroPythonBoard(Board):
         pins = settings["pins"]
         self._wheels: MotorPair | None = None
         if "left_motor" in pins and "right_motor" in pins:
-            left = Motor(machine, pins["left_motor"])
-            right = Motor(machine, pins["right_motor"])
-            self._wheels = MotorPair(
-                left,
-                right,
-                settings["drive_duties"],
-                settings["turn_duties"],
-                settings.get("duty_percents", (100, 100)),
-            )
+            left, right = [self._side(machine, settings, side) for side in ("left", "right")]
+            duties, turn_duties = settings["drive_duties"], settings["turn_duties"]
+            self._wheels = MotorPair(left, right, duties, turn_duties, settings["duty_percents"])
         # LEDs 0 to 3, None for each that isn't there.
         self._leds: list[Any] = []
         for which in range(NO_LED):
@@ -80,10 +77,10 @@ class MicroPythonBoard(Board):
             self._leds.append(led)
         self._ultrasonic: Ultrasonic | None = None
         if "ultrasonic" in pins:
-            self._ultrasonic = Ultrasonic(machine, clock, pins["ultrasonic"], settings["range_mm"], interrupt)
+            self._ultrasonic = self._sonar(machine, clock, pins["ultrasonic"], settings["range_mm"], interrupt)
         self._inputs = {}
         for part, numbers in settings["inputs"].items():
-            self._inputs[part] = [machine.Pin(number, machine.Pin.IN) for number in numbers]
+            self._inputs[part] = [self._input(machine, settings, part, number) for number in numbers]
         infrared = pins.get("infrared", {})
         self._receiver: InfraredReceiver | None = None
         # A leader receives nothing, so it needs no interrupts.
@@ -199,6 +196,14 @@ class MicroPythonBoard(Board):
         for number, led in enumerate(self._leds):
             if led is not None:
                 led.value(1 if number == which else 0)
+
+    def _input(self, machine: "Any", settings: "dict[str, Any]", part: str, number: int) -> "Any":
+        """Return one of the part's inputs."""
+        return machine.Pin(number, machine.Pin.IN)
+
+    def _side(self, machine: "Any", settings: "dict[str, Any]", side: str) -> "Drivable":
+        """Return the motor of the left or the right side."""
+        return Motor(machine, settings["pins"][side + "_motor"])
 
     def close(self) -> None:
         """Switch wheels and LEDs off, and close the line."""

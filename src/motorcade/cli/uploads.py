@@ -33,7 +33,15 @@ if TYPE_CHECKING:
 # The names in MICROPYTHON of `motorcade.config.chips`, which a command line's start doesn't wait for.
 ChipName = Literal["esp32", "rp2040", "rp2350"]
 
-ShopCar = Annotated[str, typer.Option("--car", metavar="CAR")]
+
+def _shop_name(text: str) -> str:
+    # While options are read: a wrong car is told before a missing option.
+    from motorcade.firmware.shop import shop_name
+
+    return text and shop_name(text)
+
+
+ShopCar = Annotated[str, typer.Option("--car", metavar="CAR", callback=_shop_name)]
 
 app = typer.Typer()
 cars_app = typer.Typer()

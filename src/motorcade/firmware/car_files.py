@@ -24,6 +24,8 @@ from motorcade.imports import PACKAGE, needed_files
 MAIN = "main.py"
 # The folder that MicroPython searches for modules.
 LIBRARY = "lib"
+# The module that main.py imports, which all others are joined to where they are compiled.
+START = f"{LIBRARY}/{PACKAGE.name}/boards/on_chip/power_on.py"
 # What only some cars need, by the setting that asks for it: those modules are imported inside functions.
 EXTRAS = {
     "wifi": PACKAGE / "boards" / "on_chip" / "wifi_line.py",
@@ -86,6 +88,7 @@ def settings_of(
         "baud": profile.serial.baud,
         "drive_duties": list(pins.drive_duties),
         "turn_duties": list(pins.turn_duties),
+        "duty_percents": [profile.wheels.left_duty_percent, profile.wheels.right_duty_percent],
         "pins": _pins(pins),
         # A dict loses its order on a board; the order of pins is that of the bits.
         "inputs": {
@@ -93,9 +96,6 @@ def settings_of(
         },
         "uarts": {device: _uart(pins, device) for device in ("serial", "voice") if pins.has(device)},
     }
-    wheels = profile.wheels
-    if wheels.left_duty_percent < 100 or wheels.right_duty_percent < 100:
-        settings["duty_percents"] = [wheels.left_duty_percent, wheels.right_duty_percent]
     if pins.options or any({wire.device.key, f"{wire.device.key}.{wire.role.key}"} & _MORE for wire in pins.wires):
         settings["options"] = {part.key: _options(pins, part) for part in PARTS if part.options and pins.has(part.key)}
     if pins.has("voice"):

@@ -16,7 +16,9 @@ from motorcade.config.chips import MICROPYTHON
 from motorcade.config.pins import PinMap, load_pins
 from motorcade.errors import Phrase, TransferError
 from motorcade.firmware.board_prompt import BoardPrompt, Facts
-from motorcade.firmware.car_files import EXTRAS, LIBRARY, MAIN, board_files, templates
+from motorcade.firmware.car_files import LIBRARY, MAIN, START, board_files, templates
+from motorcade.firmware.shortened import joined
+from motorcade.imports import PACKAGE
 
 _FOREIGN_MAIN = "main_before_motorcade.py"
 # What mpy-cross makes; MicroPython 1.19 and later read it.
@@ -93,7 +95,8 @@ def install(
         _check_version(port, facts, needed_version)
         files = car_files(settings, facts.bytecode)
         differing = {path: data for path, data in files.items() if prompt.checksum(f"/{path}") != sha256(data).digest()}
-        stale = _stale(files, settings, prompt.sizes(f"/{LIBRARY}"))
+        there = prompt.sizes(f"/{LIBRARY}")
+        stale = {path: size for path, size in there.items() if path[1:] not in files and _is_ours(path)}
         _check_room(port, facts, differing, stale)
         if differing or stale:
             _copy(prompt, files, differing, stale, progress)
@@ -106,14 +109,9 @@ def install(
     return Installed(chip, len(files), len(differing), sum(map(len, differing.values())), form)
 
 
-def _stale(files: dict[str, bytes], settings: dict[str, Any], there: dict[str, int]) -> dict[str, int]:
-    """Return which of the files that are there the car must not have, and their sizes.
-
-    These are its modules in the other form, since MicroPython takes a .py file before a .mpy file, and what another
-    choice of EXTRAS brought.
-    """
-    known = {_module(path) for path in (*files, *board_files(settings | dict.fromkeys(EXTRAS)))}
-    return {path: size for path, size in there.items() if path[1:] not in files and _module(path[1:]) in known}
+def _is_ours(path: str) -> bool:
+    """Return whether this is a module of Motorcade: MicroPython takes a .py file before the .mpy file of this car."""
+    return (PACKAGE.parent / path.removeprefix(f"/{LIBRARY}/")).with_suffix(".py").is_file()
 
 
 def _chip(port: str, facts: Facts, chosen: PinMap | None) -> str:
@@ -176,7 +174,7 @@ def _copy(
 
 
 def compiled(files: dict[str, bytes], folder: str) -> dict[str, bytes]:
-    """Return ``files`` (path and bytes) with each .py file under ``folder`` compiled, as .mpy.
+    """Return ``files`` (path and bytes) with the .py files under ``folder`` joined and compiled, as .mpy.
 
     MicroPython runs main.py and boot.py as .py files only, so they must not be there.
 
@@ -188,7 +186,7 @@ def compiled(files: dict[str, bytes], folder: str) -> dict[str, bytes]:
     with TemporaryDirectory() as name:
         source = Path(name) / "source.py"
         output = Path(name) / "output.mpy"
-        for path, data in files.items():
+        for path, data in joined(files, folder, START).items():
             if not path.startswith(f"{folder}/") or not path.endswith(".py"):
                 found[path] = data
                 continue
@@ -196,12 +194,8 @@ def compiled(files: dict[str, bytes], folder: str) -> dict[str, bytes]:
             shown = PurePosixPath(path).relative_to(folder)
             command = [compiler, *_OPTIONS, "-s", str(shown), "-o", str(output), str(source)]
             subprocess.run(command, check=True, capture_output=True)
-            found[f"{_module(path)}.mpy"] = output.read_bytes()
+            found[str(PurePosixPath(path).with_suffix(".mpy"))] = output.read_bytes()
     return found
-
-
-def _module(path: str) -> PurePosixPath:
-    return PurePosixPath(path).with_suffix("")
 
 
 def _compiler() -> str:

@@ -21,11 +21,17 @@ def shop_cars() -> list[str]:
     return sorted(file.stem for file in firmware_folder("cars").glob("*.toml"))
 
 
-def shop_car(name: str) -> PinMap:
-    """Return the pins of the car called ``name``. Raises MotorcadeError no-such-shop-car, which lists all."""
+def shop_name(text: str) -> str:
+    """Return a car's name, however its letters are written. Raises MotorcadeError no-such-shop-car, which lists all."""
+    name = text.lower()
     if name not in shop_cars():
-        raise InputError("no-such-shop-car", name=name[:40], known=", ".join(shop_cars()))
-    return load_pins(firmware_folder("cars") / f"{name}.toml")
+        raise InputError("no-such-shop-car", name=text[:40], known=", ".join(shop_cars()))
+    return name
+
+
+def shop_car(name: str) -> PinMap:
+    """Return the pins of the car called ``name``. Raises MotorcadeError, as shop_name does."""
+    return load_pins(firmware_folder("cars") / f"{shop_name(name)}.toml")
 
 
 def abilities(pins: PinMap) -> list[str]:

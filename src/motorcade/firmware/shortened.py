@@ -1,11 +1,13 @@
-"""Make a car's modules shorter and faster for a chip; they do the same.
+"""Make a car's modules shorter and faster for a chip, and join them; they do the same.
 
 MicroPython looks a global name up each time that it is used, and one of another module twice. Therefore each integer
-constant takes the place of its name, and goes itself; a shift by 0 and an added 0 go with it. Docstrings, annotations
-and what only a type checker reads go too, since a chip keeps names and texts in its memory.
+constant takes the place of its name, and goes itself. Docstrings, annotations and what only a type checker reads go
+too, since a chip keeps names and texts in its memory.
 
 A constant is a name in capitals that its module binds once, outside of functions, to a number made of numbers and
 other constants.
+
+A chip needs 6 ms to find a file, and looks for each module under four names. Therefore all are in one file in the end.
 """
 
 import ast
@@ -28,14 +30,14 @@ _OPERATORS: dict[type[ast.operator], Callable[[int, int], int]] = {
     ast.BitAnd: operator.and_,
     ast.BitXor: operator.xor,
 }
+# rp2.asm_pio empties the names of a function's module for a moment, in which an interrupt would miss its own.
+_ALONE = b"asm_pio"
 # A number in decimal digits, which takes less than a name.
 _Constants = dict[str, int]
 
 
 def shortened(files: Mapping[str, bytes], folder: str) -> dict[str, bytes]:
     """Return ``files`` (path and bytes) with each module under ``folder`` shortened.
-
-    A module of constants alone is left out.
 
     Args:
         files: all modules of a program: another that imports a constant of theirs would not find it.
@@ -53,12 +55,94 @@ def shortened(files: Mapping[str, bytes], folder: str) -> dict[str, bytes]:
     taken = {name for module in modules.values() for name in module.taken()}
     found = dict(files)
     for name, module in modules.items():
-        module.leave_out_unused(name, modules, taken)
-        if module.tree.body or not module.constants:
-            found[module.path] = "\n".join(map(_without_tuple, ast.unparse(module.tree).splitlines())).encode()
-        else:
-            del found[module.path]
+        module.leave_out_unused(name, taken)
+        found[module.path] = _text(module.tree)
     return found
+
+
+def joined(files: Mapping[str, bytes], folder: str, main: str) -> dict[str, bytes]:
+    """Return ``files`` (path and bytes) with the modules under ``folder`` joined in the one at the path ``main``.
+
+    Its own names stay. The modules import each other in no circle, have no two classes of one name and no ``global``.
+    """
+    others = dict(files)
+    trees = {}
+    for path, data in files.items():
+        if path.startswith(f"{folder}/") and path.endswith(".py") and _ALONE not in data:
+            trees[_dotted(path, folder)] = ast.parse(others.pop(path))
+    join = _Join(trees, _dotted(main, folder))
+    for name in trees:
+        join.add(name)
+    return {main: _text(ast.Module(join.body, [])), **others}
+
+
+class _Join:
+    """The module that others become; ``names`` says what each name of an added one is called there."""
+
+    def __init__(self, trees: dict[str, ast.Module], main: str) -> None:
+        self.trees = trees
+        self.names: dict[str, dict[str, str]] = {}
+        self.body: list[ast.stmt] = []
+        self._main = main
+
+    def add(self, name: str) -> None:
+        """Add a module, after those that it imports."""
+        if name in self.names:
+            return
+        own = self.names[name] = {}
+        body = self.trees[name].body
+        for statement in body:
+            match statement:
+                case ast.FunctionDef(name=function):
+                    bound = [function]
+                case ast.ClassDef():
+                    # Each has a name of its own, which messages show.
+                    bound = []
+                case _:
+                    bound = _bound(statement)
+            if name != self._main:
+                own |= {old: f"{old}_{len(self.names)}" for old in bound}
+        renaming = _Renaming(self, own)
+        for statement in body:
+            if isinstance(statement, ast.FunctionDef):
+                statement.name = own.get(statement.name, statement.name)
+            self.body.append(renaming.visit(statement))
+
+
+class _Renaming(ast.NodeTransformer):
+    """Gives the names in a module those that they have in the join."""
+
+    def __init__(self, join: _Join, own: dict[str, str]) -> None:
+        self._join = join
+        self._own = own
+        self._modules: dict[str, str] = {}
+
+    def visit_ImportFrom(self, node: ast.ImportFrom) -> ast.stmt:
+        for alias in node.names:
+            name = alias.asname or alias.name
+            dotted = f"{node.module}.{alias.name}"
+            if dotted in self._join.trees:
+                self._join.add(dotted)
+                self._modules[name] = dotted
+            elif node.module in self._join.trees:
+                self._join.add(node.module)
+                self._own[name] = self._join.names[node.module].get(alias.name, alias.name)
+            else:
+                return node
+        return ast.Pass()
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        node.id = self._own.get(node.id, node.id)
+        return node
+
+    def visit_arg(self, node: ast.arg) -> ast.arg:
+        node.arg = self._own.get(node.arg, node.arg)
+        return node
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
+        if isinstance(node.value, ast.Name) and node.value.id in self._modules:
+            return ast.Name(self._join.names[self._modules[node.value.id]].get(node.attr, node.attr))
+        return self.generic_visit(node)
 
 
 class _Module:
@@ -143,27 +227,10 @@ class _Module:
                     names.add(name)
         return names
 
-    def leave_out_unused(self, own: str, modules: "Mapping[str, _Module]", taken: set[str]) -> None:
-        """Leave out constants, and imports that served annotations alone, unless another module takes them."""
-        used = {node.id for node in ast.walk(self.tree) if isinstance(node, ast.Name)}
-        is_package = self.path.endswith("/__init__.py")
-
-        def is_wanted(name: str) -> bool:
-            return name in taken or f"{own}.{name}" in taken
-
-        body = []
-        for statement in self.tree.body:
-            target = _target(statement)
-            if target in self.constants and not is_wanted(target):
-                continue
-            # What a package imports is there for others.
-            if isinstance(statement, ast.ImportFrom) and statement.module in modules and not is_package:
-                names = [(alias.asname or alias.name, alias) for alias in statement.names]
-                statement.names = [alias for name, alias in names if name in used or is_wanted(name)]
-                if not statement.names:
-                    continue
-            body.append(statement)
-        self.tree.body = body
+    def leave_out_unused(self, own: str, taken: set[str]) -> None:
+        """Leave out constants, unless another module takes them."""
+        gone = {name for name in self.constants if name not in taken and f"{own}.{name}" not in taken}
+        self.tree.body = [statement for statement in self.tree.body if _target(statement) not in gone]
 
 
 class _Shortening(ast.NodeTransformer):
@@ -219,15 +286,6 @@ class _Shortening(ast.NodeTransformer):
         replaced = self._replaced(node)
         return self.generic_visit(node) if replaced is node else replaced
 
-    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
-        self.generic_visit(node)
-        match node:
-            case ast.BinOp(op=ast.Add(), left=ast.Constant(value=0), right=other):
-                return other
-            case ast.BinOp(op=ast.Add() | ast.RShift(), left=other, right=ast.Constant(value=0)):
-                return other
-        return node
-
     def _replaced(self, node: ast.Name | ast.Attribute) -> ast.expr:
         if not isinstance(node.ctx, ast.Load):
             return node
@@ -246,20 +304,13 @@ def _dotted(path: str, folder: str) -> str:
     return ".".join(parts)
 
 
-def _without_tuple(line: str) -> str:
-    """Return a line of code in which ``a, b = (c, d)`` has no brackets: with them MicroPython makes a tuple."""
-    if ", " not in line or not line.endswith(")"):
-        return line
-    try:
-        statements = ast.parse(line.strip()).body
-    except SyntaxError:
-        # The first line of a block.
-        return line
-    match statements:
-        case [ast.Assign(targets=[ast.Tuple()], value=ast.Tuple(elts=[_, _, *_]) as value)]:
-            begin = len(line) - len(line.lstrip()) + value.col_offset
-            return line[:begin] + line[begin + 1 : -1]
-    return line
+def _text(tree: ast.Module) -> bytes:
+    for node in ast.walk(tree):
+        match node:
+            case ast.Assign(targets=[ast.Tuple()], value=ast.Tuple(elts=[_, _, *_] as parts)):
+                # With brackets around ``c, d`` in ``a, b = c, d`` MicroPython makes a tuple.
+                node.value = ast.Name(", ".join(map(ast.unparse, parts)))
+    return ast.unparse(tree).encode()
 
 
 def _target(statement: ast.stmt) -> str | None:

@@ -12,8 +12,8 @@ if MYPY:
     from motorcade.boards.on_chip.parts import Drivable
 
 from motorcade.boards.micropython import MicroPythonBoard
-from motorcade.boards.on_chip.parts import PWM_HZ, Motor, MotorPair, Ultrasonic
-from motorcade.boards.on_chip.pixel_program import STEPS_HZ, assemble
+from motorcade.boards.on_chip.parts import PWM_HZ, Motor, Ultrasonic
+from motorcade.boards.on_chip.pixel_program import STEPS_HZ, assemble_pixels
 from motorcade.car.brain import NO_LED
 
 # Green, red and blue of LEDs 0 to 3, yellow, blue, green and pink; and of none.
@@ -25,8 +25,6 @@ _DUTY_MAX = 255
 _SHORTEST_ECHO_US = 100
 # High and low of a 0 and of a 1, in ns.
 _BIT_NS = (400, 850, 800, 450)
-# What every car's board opens.
-_PLAIN = ("leds", "infrared", "serial", "voice")
 # The state machines 0 to 3 share the memory that is full of the infrared sender's program.
 _STATE_MACHINE = 4
 
@@ -135,7 +133,7 @@ class Pixels:
             self._send = machine.bitstream
         else:
             rp2 = modules.chip
-            program = assemble(rp2)
+            program = assemble_pixels(rp2)
             self._state_machine = rp2.StateMachine(
                 _STATE_MACHINE, program, freq=STEPS_HZ, set_base=self._pin, out_base=self._pin
             )
@@ -156,36 +154,19 @@ class Pixels:
 class AnyBoard(MicroPythonBoard):
     """A car's board, as MicroPythonBoard. ``settings["options"]`` says of parts what their pins do not."""
 
+    _sonar = AnyUltrasonic
+
     def __init__(self, settings: "dict[str, Any]", modules: "Any", *others: "Any") -> None:
         machine = modules.machine
         pins = settings["pins"]
         options = settings["options"]
-        plain = settings.copy()
-        plain["inputs"] = {}
-        plain["pins"] = {part: pins[part] for part in _PLAIN if part in pins}
         if "button" in pins:
             # Whoever holds it while the power comes on chooses a leader.
             how = options["button"]
             pull = None if how["active"] else machine.Pin.PULL_UP
             button = LevelInput(machine, pins["button"]["signal"], how["active"], how["threshold"], pull)
-            plain["is_leader"] = button.value() > 0
-        super().__init__(plain, modules, *others)
-        for part, numbers in settings["inputs"].items():
-            self._inputs[part] = [_input(machine, number, options.get(part, {})) for number in numbers]
-        if "left_motor" in pins and "right_motor" in pins:
-            left, right = [_side(machine, pins, options, side) for side in ("left", "right")]
-            self._wheels = MotorPair(
-                left,
-                right,
-                settings["drive_duties"],
-                settings["turn_duties"],
-                settings.get("duty_percents", (100, 100)),
-            )
-        if "ultrasonic" in pins:
-            # An ESP32 has no hard interrupts.
-            interrupt = {"hard": True} if modules.platform != "esp32" else {}
-            sonar = AnyUltrasonic(machine, modules.clock, pins["ultrasonic"], settings["range_mm"], interrupt)
-            self._ultrasonic = sonar
+            settings["is_leader"] = button.value() > 0
+        super().__init__(settings, modules, *others)
         self._pixels: Pixels | None = None
         if "pixels" in pins:
             self._pixels = Pixels(modules, pins["pixels"]["signal"], options["pixels"]["count"])
@@ -202,18 +183,17 @@ class AnyBoard(MicroPythonBoard):
         if self._pixels is not None:
             self._pixels.show(which)
 
+    def _input(self, machine: "Any", settings: "dict[str, Any]", part: str, number: int) -> "LevelInput":
+        options = settings["options"].get(part, {})
+        return LevelInput(machine, number, options.get("active", 1), options.get("threshold", 0))
 
-def _input(machine: "Any", number: int, options: "Mapping[str, int]") -> LevelInput:
-    return LevelInput(machine, number, options.get("active", 1), options.get("threshold", 0))
-
-
-def _side(machine: "Any", pins: "Mapping[str, Any]", options: "Mapping[str, Any]", side: str) -> MotorRow:
-    """Return the motors of the left or the right side."""
-    motors: list[Drivable] = []
-    for part in (side + "_motor", side + "_rear_motor"):
-        wires = pins.get(part)
-        if wires and "direction" in wires:
-            motors.append(PhaseMotor(machine, wires, options[part]["forward_is"]))
-        elif wires:
-            motors.append(Motor(machine, wires))
-    return MotorRow(motors)
+    def _side(self, machine: "Any", settings: "dict[str, Any]", side: str) -> "Drivable":
+        """Return the motors of the left or the right side."""
+        motors: list[Drivable] = []
+        for part in (side + "_motor", side + "_rear_motor"):
+            wires = settings["pins"].get(part)
+            if wires and "direction" in wires:
+                motors.append(PhaseMotor(machine, wires, settings["options"][part]["forward_is"]))
+            elif wires:
+                motors.append(Motor(machine, wires))
+        return MotorRow(motors)

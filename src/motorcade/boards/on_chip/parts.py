@@ -88,7 +88,7 @@ class MotorPair:
         right: "Drivable",
         drive_duties: "Sequence[int]",
         turn_duties: "Sequence[int]",
-        percents: "Sequence[int]" = (100, 100),
+        percents: "Sequence[int]",
     ) -> None:
         self._left = left
         self._right = right

@@ -14,7 +14,7 @@ if MYPY:
 STEPS_HZ = 8_000_000
 
 
-def assemble(rp2: "Any") -> "Any":
+def assemble_pixels(rp2: "Any") -> "Any":
     """Return the program for rp2.StateMachine."""
 
     @rp2.asm_pio(set_init=rp2.PIO.OUT_LOW, out_init=rp2.PIO.OUT_LOW, out_shiftdir=rp2.PIO.SHIFT_LEFT)
