@@ -64,10 +64,10 @@ class Shelf:
         self._hosts += 1
         return f"10.0.{self._hosts // 200}.{self._hosts % 200 + 2}"
 
-    def car(self, name: str = "", starts: bool = True, device: str = "") -> ShelfCar:
-        """A new car in the network, or at a cable."""
-        host = device or self.new_host()
-        car = ShelfCar(self.world, self.network, self.random, host, name or f"car-{self._hosts}")
+    def car(self, name: str = "", starts: bool = True, host: str = "", port: int = PORT) -> ShelfCar:
+        """A new car in the network, at a host of its own unless one is given, or at a cable."""
+        host = host or self.new_host()
+        car = ShelfCar(self.world, self.network, self.random, host, name or f"car-{len(self.cars)}", port)
         self.cars.append(car)
         if starts:
             car.start()
@@ -82,8 +82,7 @@ class Shelf:
 
     def announce(self, car: ShelfCar | ShelfDriveCar, kind: str) -> None:
         """Let a car be found."""
-        port = car.port if isinstance(car, ShelfDriveCar) else PORT
-        self.announced.append((f"{car.host}.{len(self.announced)}.", car.host, port, kind))
+        self.announced.append((f"{car.host}.{len(self.announced)}.", car.host, car.port, kind))
 
     @asynccontextmanager
     async def fleet(self, places: Sequence[Place] = (), within_s: float = 6.0) -> AsyncIterator[Cars]:
@@ -117,7 +116,7 @@ class Shelf:
 
     def opened(self, port: str, **options: object) -> Any:
         """What pyserial opens."""
-        return SocketPort(self.network, self.cars[-1].host, PORT)
+        return SocketPort(self.network, self.cars[-1].host, self.cars[-1].port)
 
 
 def run_shelf(room: World) -> None:

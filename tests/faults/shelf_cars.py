@@ -54,9 +54,9 @@ class ShelfCar:
         ignores_orders: whether it does no orders, though it answers.
     """
 
-    def __init__(self, room: World, network: Network, random: Random, host: str, name: str) -> None:
+    def __init__(self, room: World, network: Network, random: Random, host: str, name: str, port: int = PORT) -> None:
         self.world, self.network, self.random = room, network, random
-        self.host, self.name = host, name
+        self.host, self.name, self.port = host, name, port
         self.number = random.randrange(16)
         self.role = random.choice(("leader", "follower"))
         self.board = random.choice(("simulated", "esp32", "raspberry-pi"))
@@ -80,16 +80,16 @@ class ShelfCar:
 
     @property
     def where(self) -> str:
-        return self.host if self.host.startswith("/") else f"{self.host}:{PORT}"
+        return self.host if self.host.startswith("/") else f"{self.host}:{self.port}"
 
     def start(self) -> None:
         """Switch the car on."""
-        process = self.process = Process(self.world, f"car at {self.host}", 0.001)
+        process = self.process = Process(self.world, f"car at {self.where}", 0.001)
         loop = SimulatedLoop(process, self.network)
         self.state = "runs"
 
         async def serve() -> None:
-            listening: Any = self.network.listen(process, self.host, PORT)
+            listening: Any = self.network.listen(process, self.host, self.port)
             while True:
                 line, _ = await loop.sock_accept(listening)
                 await loop.connect_accepted_socket(lambda: _Line(self), line)

@@ -23,7 +23,7 @@ _BAD_NAMES = ("", "all", "ALL", "a b", "x" * 33, "a\n")
 def listed(car: ShelfCar | ShelfDriveCar, name: str = "") -> Any:
     """The place of a car in a list."""
     is_drive = isinstance(car, ShelfDriveCar)
-    return network_place(car.host, car.port if is_drive else PORT, name, DRIVE if is_drive else CAR)
+    return network_place(car.host, car.port, name, DRIVE if is_drive else CAR)
 
 
 def row(fleet: Cars, car: ShelfCar | ShelfDriveCar) -> Any:
@@ -221,6 +221,28 @@ async def crowd(run: "Shelf") -> None:
             del run.network.links[f"people to {host}"]
 
 
+async def share_a_host(run: "Shelf") -> None:
+    """Many cars of one computer stay, whoever else announces how much; all are stopped."""
+    from tests.faults.shelf import MOST_FOUND
+
+    host = run.new_host()
+    cars = [run.car(host=host, port=PORT + number) for number in range(6)]
+    for car in cars:
+        run.announce(car, CAR)
+    async with run.fleet() as fleet:
+        await asyncio.sleep(1.0)
+        for number in range(MOST_FOUND + 8):
+            fleet.add(network_place(f"10.6.0.{number}", PORT, "", CAR)._replace(found=True))
+        await asyncio.sleep(3.0)
+        run.keep("found", fleet.problem is not None, "the list is said to be whole, though some were left out")
+        for car in cars:
+            _compare(run, fleet, car)
+        fleet.order(STOP)
+        await asyncio.sleep(_ORDER_S)
+        states = [car.state for car in cars]
+        run.keep("stop-gets-through", states == ["stopped"] * len(cars), f"cars of one computer: {states}")
+
+
 async def strange(run: "Shelf") -> None:
     """What answers something else is no car: it keeps its words for itself, and is asked seldom."""
     car, odd = run.car(), run.car("odd")
@@ -274,7 +296,7 @@ async def plug_in(run: "Shelf") -> None:
 
     A device that sends by itself gets no byte, and what a prompt shows of a question is erased again: neither is a car.
     """
-    car, loud, prompt = (run.car(device=f"/dev/ttyUSB{number}") for number in range(3))
+    car, loud, prompt = (run.car(host=f"/dev/ttyUSB{number}") for number in range(3))
     car.chatter_s, loud.chatter_s, prompt.shows = run.random.choice((0.0, 0.8)), 1e9, True
     named = run.random.random() < 0.3
     if not named:
@@ -321,4 +343,4 @@ async def come_late(run: "Shelf") -> None:
         _compare(run, fleet, other)
 
 
-ACTS = (table, order, name_them, crowd, strange, forget, plug_in, come_late)
+ACTS = (table, order, name_them, crowd, share_a_host, strange, forget, plug_in, come_late)

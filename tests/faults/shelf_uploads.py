@@ -25,6 +25,7 @@ _REASONS = (
     ("too-large", "refused", "old"),
     ("busy", "car-busy", ""),
     ("stores-hangs-up", "connection-broke", "either"),
+    ("other-uploader", "no-answer-at-address", "neither"),
 )
 # So long an upload may take that fails in all its tries.
 _MOST_S = 40.0
@@ -81,7 +82,7 @@ async def say_why(run: "Shelf") -> None:
     image = drawn_image(run.random)
     while len(image) == WORD_BYTES:
         image = drawn_image(run.random)
-    for fault, code, holds in run.random.sample(_REASONS, 3):
+    for fault, code, holds in run.random.sample(_REASONS, 4):
         car.images, car.checks, car.held = [fault] * 9, [], car.first
         if fault == "busy":
             car.checks = [fault] * 9
