@@ -239,8 +239,9 @@ async def _overtake(run: "Lesson", remote: LessonRemotePage) -> None:
     run.world.keep("drives-again", speed > 0, "a pupil who has the car can't drive")
     stick = {"cars": [CAR], "throttle": 0.9, "steering": 0.0, "switches": {}}
     remote.page.send({"do": "drive", "number": 1, "stamp": stamp_at(int(run.world.now_s * 1000))} | stick)
-    await asyncio.sleep(_PERIOD_S)
-    run.world.keep("no-old-command", run.board.speed in (speed, 0), "a position that was overtaken moves the car")
+    for _ in range(10):
+        await asyncio.sleep(0.02)
+        run.world.keep("no-old-command", run.board.speed in (speed, 0), "a position that was overtaken moves the car")
 
 
 # Worlds.

@@ -79,7 +79,8 @@ async def _fall_silent(run: Track, board: TrackBoard, driver: TrackClient, stamp
     await driver.arrive()
     run.keep("armed", board.speed == 0, "a car that stopped by itself needs no speed 0")
     await driver.settle()
-    run.keep("armed", driver.told["state"] == "failsafe", driver.told["state"])
+    shown = tuple(driver.told[key] for key in ("state", "angle_deg", "direction", "speed"))
+    run.keep("armed", shown == ("failsafe", *NEUTRAL), f"a car that stopped by itself is shown as {shown}")
     run.keep("armed", driver.you["needs-neutral"] == 1, driver.you)
     run.keep("shows-what-is", driver.told["failsafes"] == 1, f"{driver.told['failsafes']} failsafes are counted")
     driver.send(move(NEUTRAL), stamped=stamped)
@@ -102,6 +103,8 @@ async def pass_the_wheel(run: Track) -> None:
         await run.drive_on(first, 2 * other.delay_s + 0.2)
         shown = other.you["waits"], other.you["watching"] > 0, other.told["driver"], other.told["wanted_by"]
         run.keep("one-driver", shown == (True, True, first.name, other.name), f"who waits is told {shown}")
+        shown = first.you["waits"], first.you["drives"], other.you["drives"]
+        run.keep("shows-what-is", shown == (False, True, False), f"who drives is told {shown}")
         first.send(move(NEUTRAL))
         await first.arrive()
         theirs = await run.drive_on(other, 0.2)

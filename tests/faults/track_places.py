@@ -88,6 +88,19 @@ async def watch(run: Track) -> None:
         driver = await run.client().come()
         last = await run.drive_on(driver, 0.2)
         run.keep("places", board.setpoint == last, "watchers keep a driver out")
+        driver.close()
+        await channels[0].settle()
+        await asyncio.sleep(0.1)
+        shown = [channels[0].told[key] for key in ("driver", "age_ms", "wanted_by")]
+        run.keep("shows-what-is", shown == [None] * 3, f"of a car that nobody drives is told {shown}")
+    async with run.car():
+        driver = await run.client().come()
+        driving = asyncio.create_task(run.drive_on(driver, _JOIN_S + 0.4))
+        await asyncio.sleep(0.1)
+        channels = [await run.client().call(TELEMETRY) for _ in range(_PLACES - 1)]
+        await driving
+        told = [answer.get("code") for channel in channels for answer in channel.answers]
+        run.keep("places", not told, f"eight watchers beside a driver are told {told}")
 
 
 async def join(run: Track) -> None:
