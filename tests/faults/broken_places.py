@@ -286,5 +286,135 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
         ("board-is-other", "description, hardware, name, BOARD)", "description, hardware, name, USB)"),
         ("several-ports-taken", "if len(likely) > 1:", "if False:"),
     ),
+    ("track", "drive/stamps.py"): (
+        ("late-answers-believed", "        if elapsed_ms(now, clock_ms) > _ANSWER_LASTS_MS:\n            return\n", ""),
+        ("unstamped-after-stamped", "return not self._has_stamped", "return True"),
+        ("old-behind-an-answer", " or later_ms > self._stale_ms:", ":"),
+    ),
+    ("track", "drive/session.py"): (
+        (
+            "switches-without-rate",
+            "if not is_off and not session.rate.allows(now)",
+            "if not is_off and isinstance(command, tuple) and not session.rate.allows(now)",
+        ),
+        ("switches-stay-on", "            self.switchboard.leave(session.number)\n", ""),
+        ("a-stuck-loop-obeys-later", "                self.arbiter.delay()\n", ""),
+        ("stops-are-not-logged", '        self._control.record("stops", self.name)\n', ""),
+        (
+            "ten-times-the-rate",
+            "* _RATE_WINDOW_MS // 1000), _RATE_WINDOW_MS)",
+            "* _RATE_WINDOW_MS // 100), _RATE_WINDOW_MS)",
+        ),
+        ("places-without-end", "< MOST_SESSIONS:", "< 100:"),
+        ("nobody-arms", "profile.drive.hand_over_ms, profile.drive.arming)", "profile.drive.hand_over_ms, False)"),
+    ),
+    ("track", "drive/channels.py"): (
+        ("a-stop-under-a-rate", 'if request.do != "stop" and not is_in_rate:', "if not is_in_rate:"),
+        ("a-stop-waits-for-a-join", 'request.do not in ("join", "stop")', 'request.do != "join"'),
+        ("one-word-is-believed", "_BELIEVED_WORDS = 2", "_BELIEVED_WORDS = 1"),
+        ("anybodys-port", "if commands.client == self.client]", "]"),
+        ("rubbish-stays-connected", "        self._hang_up(why)\n        return False", "        return False"),
+    ),
+    ("track", "drive/motors.py"): (
+        (
+            "a-refused-stop-is-forgotten",
+            "                self.board.neutral()\n                self.is_neutral = not self._is_programmed",
+            "                self.is_neutral = not self._is_programmed\n                self.board.neutral()",
+        ),
+        ("a-flat-battery-drives", "            arbiter.discharge()\n", "            pass\n"),
+        ("obstacles-behind", "if wanted > 0 else None", "if wanted < 0 else None"),
+    ),
+    ("track", "drive/wire.py"): (
+        (
+            "the-oldest-counts",
+            "{word >> _CODE_AT: index for index, word in enumerate(words)}",
+            "{word >> _CODE_AT: index for index, word in reversed(list(enumerate(words)))}",
+        ),
+    ),
+    ("track", "drive/client.py"): (
+        ("a-client-sends-into-silence", " or self._silent_s() > _SILENT_S:", ":"),
+        (
+            "a-stick-survives-a-stop",
+            '        """Emergency stop: nothing moves until `clear`."""\n        self._switch.order()\n',
+            '        """Emergency stop: nothing moves until `clear`."""\n',
+        ),
+    ),
+    ("track", "drive/deadman.py"): (
+        (
+            "a-command-is-repeated-for-long",
+            "> self._fresh_ms:\n            self._take(NOTHING)",
+            "> 5 * self._fresh_ms:\n            self._take(NOTHING)",
+        ),
+    ),
+    ("track", "drive/listener.py"): (
+        ("connections-of-one-without-end", "len(alike) < places.most_of_one_address and len", "len"),
+    ),
+    ("shelf", "fleet/cars.py"): (
+        (
+            "named-later-not-stopped",
+            "        if self._ordered:\n            contact.order(self._ordered)\n        self.contacts[at]",
+            "        self.contacts[at]",
+        ),
+        (
+            "who-answers-gives-way",
+            "(found for found in reversed(most.values()) if not found.has_answered)",
+            "(found for found in reversed(most.values()))",
+        ),
+        ("left-out-and-whole", "        self._was_left_out = True", "        pass"),
+        ("untried-and-whole", "if self._was_left_out or self._has_untried():", "if self._was_left_out:"),
+        (
+            "away-and-skipped",
+            "if skips and status.crc32 == skips and not status.away:",
+            "if skips and status.crc32 == skips:",
+        ),
+        ("the-first-of-two-names", "if len(found) > 1:", "if len(found) > 9:"),
+        (
+            "announced-as-a-class",
+            "            self._cars.add(place)\n",
+            "            if kind not in (CLASS, STUDIO):\n                self._cars.add(place)\n",
+        ),
+        (
+            "a-named-place-is-forgotten",
+            "if address in self.contacts and self.contacts[address].place.found:",
+            "if address in self.contacts:",
+        ),
+        (
+            "announced-names-count",
+            "if name in (contact.place.address, contact.name)]",
+            "if name in (contact.place.address, contact.name, contact.place.name)]",
+        ),
+        ("any-name-for-a-car", "            check_name(new)\n", "            pass\n"),
+    ),
+    ("shelf", "fleet/contact.py"): (
+        ("away-too-late", "MISSES = 3", "MISSES = 30"),
+        (
+            "never-away-again",
+            "silent_s is None or silent_s > AWAY_S or not (self._link or self._loads)",
+            "silent_s is None",
+        ),
+        (
+            "drive-servers-not-stopped",
+            "                            await client.stop()\n",
+            "                            pass\n",
+        ),
+        (
+            "number-in-another-base",
+            'number=_number(fields.get("number"), 16)',
+            'number=_number(fields.get("number"), 10)',
+        ),
+    ),
+    ("shelf", "upload/transfer.py"): (
+        ("another-program-is-verified", "if self._held == crc32(self._image):", "if self._held != held_first:"),
+        (
+            "neither-said-as-old",
+            "            self.holds = NEITHER\n            if self._held == held_first:\n",
+            "            if True:\n",
+        ),
+        ("sent-before-it-is", "                sent(count)\n", "                sent(len(data))\n"),
+    ),
+    ("shelf", "upload/serial_port.py"): (
+        ("a-port-is-shared", "exclusive=True", "exclusive=False"),
+        ("files-are-ports", "return stat.S_ISCHR(found.st_mode) and (", "return ("),
+    ),
 }
 BREAKS = tuple(Break(each[0], *place, *each[1:]) for place, breaks in _PLACES.items() for each in breaks)

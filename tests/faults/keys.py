@@ -168,6 +168,7 @@ class KeyedCar:
             (2.0, self.drive),
             (2.5, self.strangers),
             (2.0, self.revoke),
+            (1.0, self.hold_commands),
             (1.5, self.rot),
             (1.5, self.restart),
             (0.25, self.flood),
@@ -305,6 +306,33 @@ class KeyedCar:
         if drives and drives not in self.revoked:
             self.drivers[drives].steer(0.0, 0.0)
         await asyncio.sleep(0.4)
+
+    async def hold_commands(self) -> None:
+        """A client of somebody's own keeps the connection for commands alone: once its keys are revoked it is out."""
+        if not self.is_whole or set(_DRIVERS) <= self.revoked:
+            return
+        for client in self.drivers.values():
+            await client.end()
+        self.drivers.clear()
+        name = self.random.choice([driver for driver in _DRIVERS if driver not in self.revoked])
+        reader, writer = await self._open(_COMMANDS, keys().clients[name])
+        writer.write(_ARM + _ARM)
+        begin_s, before = self.world.now_s, self.board.moves
+        # For so long nobody takes its keys away.
+        while self.world.now_s < begin_s + 1.0 + _REVOKED_S and not writer.is_closing():
+            if self.world.now_s >= begin_s + 1.0 and name not in self.revoked:
+                moved = self.board.moves > before
+                self.world.keep("drives-again", moved, f"{name}, whose keys count, can't drive by commands alone")
+                self.write(self.revoked | {name})
+            writer.write(_MOVE)
+            await asyncio.sleep(0.05)
+        await asyncio.sleep(0.1)
+        self.world.keep("revoked-are-out", self.board.speed == 0, f"{name}, whose keys are revoked, moves the car")
+        with suppress(OSError):
+            async with asyncio.timeout(0.5):
+                await reader.read(1)
+        self.world.keep("revoked-are-out", reader.at_eof() or writer.is_closing(), f"{name} stays connected")
+        writer.transport.abort()
 
     async def rot(self) -> None:
         """The list is damaged while the car runs: what it had stays valid, and the car says so."""

@@ -218,6 +218,7 @@ async def late_sticks(run: "Lesson") -> None:
     remote = await opened(run, pupil.browser)
     await remote.hold(0.0, 0.6)
     await remote.hold(0.5, 0.5)
+    await _overtake(run, remote)
     now_ms = int(run.world.now_s * 1000)
     await asyncio.sleep(0.6)
     run.world.keep("stands-in-time", run.board.speed == 0, "the car drives on without a position")
@@ -230,6 +231,17 @@ async def late_sticks(run: "Lesson") -> None:
     stale = [each for each in remote.page.messages if each.get("is") == "received" and each.get("stale")]
     run.world.keep("no-old-command", bool(stale), "the page isn't told that its positions are old")
     remote.page.close()
+
+
+async def _overtake(run: "Lesson", remote: LessonRemotePage) -> None:
+    """A position that is overtaken moves nothing, however fresh it is."""
+    speed = run.board.speed
+    run.world.keep("drives-again", speed > 0, "a pupil who has the car can't drive")
+    stick = {"cars": [CAR], "throttle": 0.9, "steering": 0.0, "switches": {}}
+    remote.page.send({"do": "drive", "number": 1, "stamp": stamp_at(int(run.world.now_s * 1000))} | stick)
+    for _ in range(10):
+        await asyncio.sleep(0.02)
+        run.world.keep("no-old-command", run.board.speed in (speed, 0), "a position that was overtaken moves the car")
 
 
 # Worlds.

@@ -31,7 +31,7 @@ RESERVED = ("Teacher", "t e a c h e r", "ADMIN", "\u0422eacher", "先生", "Moto
 BAD = ("x" * 25, "a\u202eb", "-a", "x" + 4 * "\u0301", "a\u3164", "<b>", "a\nb", "_x", "a/b")
 MISSING = ("", "   ")
 NUMBER_TRIES, ADDRESS_TRIES = (10, 300.0), (60, 600.0)
-_MOST_DEVICES, _LEAST_PASSWORD = 8, 8
+_MOST_DEVICES, _LEAST_PASSWORD, _MOST_PUPILS = 8, 8, 120
 # The mission whose stars pupils earn.
 MISSION = "forward-and-stop"
 WORK: dict[str, Any] = {"leader": {}, "followers": None, "profile": "classroom"}
@@ -119,7 +119,7 @@ async def first_password(run: "Lesson") -> None:
     run.first_key = None
 
 
-async def enter(run: "Lesson", name: str, alike: str) -> "Pupil":
+async def enter(run: "Lesson", name: str, alike: str, shows: bool = True) -> "Pupil":
     """Let a pupil come in who may."""
     from tests.faults.lesson import Pupil
 
@@ -138,7 +138,7 @@ async def enter(run: "Lesson", name: str, alike: str) -> "Pupil":
     run.whose[browser] = pupil
     pupil.mission = run.handed
     run.pupils.append(pupil)
-    if run.random.random() < 0.8:
+    if shows and run.random.random() < 0.8:
         pupil.page = (await browser.open("class/stream")).follow()
         pupil.pages = [pupil.page]
     else:
@@ -267,6 +267,23 @@ async def about(run: "Lesson") -> None:
         run.world.keep("own-view", known["me"]["id"] == pupil.id, known)
 
 
+async def fill(run: "Lesson") -> None:
+    """So many come in that the class is full: no two have one number, and nobody else comes in. Then it ends."""
+    from tests.faults import lesson_teacher
+
+    if not run.is_open:
+        return
+    while len(run.pupils) < _MOST_PUPILS:
+        name = f"P{run.joined}"
+        await enter(run, name, name.lower(), shows=False)
+    browser = run.new_browser()
+    await run.expect(
+        "bounded", browser, "class/join", "class-full", code=typed_code(run), name="One more", avatar=AVATAR
+    )
+    run.world.keep("bounded", not browser.cookies, "who finds no place gets a cookie")
+    await lesson_teacher.end_class(run)
+
+
 # The teacher's password.
 
 
@@ -315,4 +332,5 @@ ACTS = [
     (0.7, about),
     (0.8, guess_password),
     (0.4, sign_out),
+    (0.06, fill),
 ]

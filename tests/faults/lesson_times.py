@@ -13,6 +13,7 @@ from motorcade.classroom.folder import RECORD
 # A calendar is set by an hour, a day, a month or years; the class looks at it once a second.
 _JUMPS_S = (600.0, 3600.0, 7200.0, 86_400.0, 30 * 86_400.0, 400 * 86_400.0, 9000 * 86_400.0)
 _SEEN_S = 2.5
+_SIGNED_IN_S = 12 * 3600.0
 
 if TYPE_CHECKING:
     from tests.faults.lesson import Lesson, Pupil
@@ -177,6 +178,20 @@ async def set_calendar(run: "Lesson") -> None:
     await run.expect("right-guess", run.teacher, "teacher/progress", DONE)
 
 
+async def pass_a_night(run: "Lesson") -> None:
+    """The computer is switched off for more than half a day: the teacher has to sign in again, and pupils needn't."""
+    run.kill(False)
+    run.wall_s += _SIGNED_IN_S + run.random.choice((1.0, 3600.0, 86_400.0))
+    for browser in [*run.signed_in, *(device for pupil in run.pupils for device in pupil.devices)]:
+        browser.hang_up()
+    await wait_for_server(run)
+    for browser in run.signed_in:
+        await run.expect("out-is-out", browser, "teacher/progress", "teacher-session-needed")
+    run.signed_in = [run.teacher]
+    await run.expect("right-guess", run.teacher, "teacher/sign-in", DONE, password=PASSWORD)
+    await come_up(run)
+
+
 async def end(run: "Lesson") -> None:
     """At the end the server starts once more, and everybody has what was answered."""
     await restart(run)
@@ -193,4 +208,5 @@ ACTS = [
     (0.4, rot),
     (0.8, rest),
     (0.7, set_calendar),
+    (0.3, pass_a_night),
 ]

@@ -7,6 +7,7 @@ import unicodedata
 from binascii import crc32
 from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 from random import Random
 from typing import Any
 
@@ -186,8 +187,9 @@ class Opened:
         self._opened = opened
 
     def serial_for_url(self, port: str, **options: object) -> Any:
-        is_device = "://" not in port or port.startswith("socket://")
-        world().keep("only-ports", is_device, f"{port} is opened")
+        is_device = ("://" not in port or port.startswith("socket://")) and not Path(port).is_file()
+        world().keep("only-ports", is_device and not Path(port).is_dir(), f"{port} is opened")
+        world().keep("only-ports", options.get("exclusive") is True, f"{port} is opened, and shared")
         if self._opened is None:
             raise SerialException(f"could not open port {port}: no such file")
         return self._opened(port, **options)

@@ -143,6 +143,8 @@ class SimulatedLoop(BaseSelectorEventLoop):
     # Sockets.
 
     async def create_connection(self, protocol_factory, host=None, port=None, **options):  # type: ignore[no-untyped-def, override]
+        if (opened := options.get("sock")) is not None:
+            return await self.connect_accepted_socket(protocol_factory, opened)
         waiting = self.create_future()
 
         name = (options.get("local_addr") or [self.process.name])[0]

@@ -13,30 +13,47 @@ BEGIN, END = "<!-- python -m tests.faults --promises -->", "<!-- end -->"
 # By which scenarios each row of the table is tried, with the scenario before a colon.
 PROMISES = (
     ("uploads:image-whole", "class:class-whole", "uploads:no-rubbish"),
-    ("uploads:acknowledged-stays", "uploads:verified"),
-    ("uploads:says-what-it-holds", "uploads:upload-ends", "uploads:goes-on"),
+    ("uploads:acknowledged-stays", "uploads:verified", "shelf:verified", "shelf:shows-what-is"),
+    (
+        *("uploads:says-what-it-holds", "uploads:upload-ends", "uploads:goes-on", "shelf:says-what-it-holds"),
+        *("shelf:upload-ends", "shelf:goes-on", "shelf:says-why"),
+    ),
     (
         *("driving:stands-in-time", "driving:gone-stops", "keys:stands-in-time", "lesson:stands-in-time"),
-        "lesson:gone-stops",
+        *("lesson:gone-stops", "track:stands-in-time", "track:gone-stops"),
     ),
-    ("driving:guarded",),
-    ("driving:no-old-command", "driving:sent", "lesson:no-old-command"),
+    ("driving:guarded", "track:guarded"),
+    ("driving:no-old-command", "driving:sent", "lesson:no-old-command", "track:no-old-command", "track:sent"),
     (
         *("driving:stop-gets-through", "driving:stop-holds", "keys:stop-gets-through", "lesson:stop-gets-through"),
-        "lesson:stop-holds",
+        *("lesson:stop-holds", "track:stop-gets-through", "track:stop-holds"),
     ),
-    ("driving:one-driver", "driving:leaves-standing", "driving:drives-again", "lesson:drives-again"),
-    ("driving:armed", "driving:held-stick"),
-    ("driving:horn-ends",),
+    (
+        *("driving:one-driver", "driving:leaves-standing", "driving:drives-again", "lesson:drives-again"),
+        *("track:one-driver", "track:drives-again", "track:goes-on"),
+    ),
+    ("driving:armed", "driving:held-stick", "track:armed", "track:held-stick"),
+    ("driving:horn-ends", "track:horn-ends"),
+    ("track:switches",),
+    ("track:over-rate",),
+    ("track:believed",),
+    ("track:places", "track:own-session"),
+    ("track:limits",),
+    ("track:as-asked", "track:says-why", "track:shows-what-is"),
+    ("track:logged",),
     (
         *("fleet:image-whole", "fleet:verified", "fleet:says-what-it-holds", "lesson:image-whole"),
         "lesson:verified",
     ),
-    ("fleet:stop-gets-through", "fleet:stop-holds", "fleet:away-first"),
-    ("fleet:nobody-waits", "fleet:goes-on"),
+    (
+        *("fleet:stop-gets-through", "fleet:stop-holds", "fleet:away-first", "shelf:stop-gets-through"),
+        "shelf:away-first",
+    ),
+    ("fleet:nobody-waits", "fleet:goes-on", "shelf:nobody-waits"),
     (
         *("fleet:found", "fleet:work-bounded", "fleet:near-only", "fleet:safe-text", "fleet:only-ports"),
         *("uploads:only-ports", "uploads:finds-ports", "lesson:found", "lesson:safe-text", "lesson:only-ports"),
+        *("shelf:found", "shelf:work-bounded", "shelf:safe-text", "shelf:only-ports"),
     ),
     (
         *("class:answered-stays", "class:in-the-class", "class:class-goes-on", "lesson:answered-stays"),
@@ -60,6 +77,7 @@ PROMISES = (
     (
         *("class:connections-bounded", "class:memory-bounded", "driving:connections-bounded", "driving:memory-bounded"),
         *("lesson:connections-bounded", "lesson:memory-bounded", "lesson:bounded"),
+        *("track:connections-bounded", "track:memory-bounded"),
     ),
     ("class:strangers-stay-out", "class:no-traceback", "lesson:strangers-stay-out", "lesson:no-traceback"),
 )

@@ -21,14 +21,18 @@ from tests.faults.driving import run_driving
 from tests.faults.fleet import run_fleet
 from tests.faults.keys import run_keys
 from tests.faults.lesson import run_lesson
+from tests.faults.shelf import run_shelf
 from tests.faults.system import logs_read
+from tests.faults.track import run_track
 from tests.faults.uploads import run_uploads
 from tests.faults.world import BrokenPromiseError, World
 
 SCENARIOS: dict[str, Callable[[World], None]] = {
     "uploads": run_uploads,
     "driving": run_driving,
+    "track": run_track,
     "fleet": run_fleet,
+    "shelf": run_shelf,
     "class": run_class,
     "lesson": run_lesson,
     "keys": run_keys,
@@ -38,9 +42,11 @@ SCENARIOS: dict[str, Callable[[World], None]] = {
 SEEDS: dict[str, tuple[int, ...]] = {
     "uploads": (*range(100), 100, 122),
     "driving": (*range(80), 157),
+    "track": (*range(40),),
     "fleet": (*range(70), 147, 159),
+    "shelf": (*range(40),),
     "class": (*range(60),),
-    "lesson": (*range(40), 46, 102),
+    "lesson": (*range(34), 46, 102),
     "keys": (*range(30),),
 }
 # Of CPU time, for a program that was broken on purpose.

@@ -27,7 +27,7 @@ _ROOT = Path(__file__).parents[2]
 _SOURCE, _TESTS = _ROOT / "src" / "motorcade", _ROOT / "tests"
 _EQUAL = _TESTS / "equal_places.txt"
 # Those first that notice most in the least time.
-_KINDS = ("uploads", "keys", "driving", "lesson", "fleet", "class")
+_KINDS = ("uploads", "track", "shelf", "keys", "driving", "lesson", "fleet", "class")
 # So many seeds that reach a line come before the tests.
 _FIRST_SEEDS = 12
 # What imports nothing of these folders needn't be imported anew.

@@ -1,0 +1,123 @@
+"""Motorcade's own client at a car in a quiet room: what it sends, how long, and what it tells."""
+
+import asyncio
+import struct
+from contextlib import suppress
+
+from tests.faults.network import Socket
+from tests.faults.track_car import COMMANDS, FAILSAFE_S, Track
+
+from motorcade.drive.client import DriveClient
+from motorcade.errors import DriveError
+
+_PERIOD_S, _ARMS_S, _SILENT_S = 0.05, 0.6, 0.5
+_SPEED = 255 << 11
+
+
+class Heard:
+    """What a client sends at the port for commands: when, and at which speed."""
+
+    def __init__(self, run: Track) -> None:
+        self.words: list[tuple[float, int, int]] = []
+        self.links: list[str] = []
+
+        def watch(name: str, port: int, socket: Socket) -> None:
+            if port == COMMANDS:
+                socket.tap = lambda data: self.words.extend(
+                    (run.world.now_s, word >> 28, (word & _SPEED) >> 11) for (word,) in struct.iter_unpack(">I", data)
+                )
+
+        run.network.watch = watch
+
+    def moves_since(self, since_s: float) -> list[float]:
+        """When it has sent commands that move the wheels since a time."""
+        return [at_s for at_s, code, speed in self.words if at_s > since_s and code == 1 and speed]
+
+
+async def renew(run: Track) -> None:
+    """A client repeats a command for as long as that counts, and no longer; a car is armed before it moves."""
+    async with run.car() as board:
+        heard, rearm = Heard(run), run.random.random() < 0.5
+        client = DriveClient("car", COMMANDS, rearm=rearm)
+        client.begin()
+        if not rearm:
+            # A person releases the stick after the connection has begun.
+            await _hold(run, client, 0.0, 0.3)
+        await _hold(run, client, 0.5, 1.5)
+        run.keep("drives-again", board.speed > 0, "a client can't drive")
+        first = next(at_s for at_s, code, speed in heard.words if speed and code == 1)
+        still = [at_s for at_s, _, speed in heard.words if not speed and at_s < first - 0.04]
+        run.keep("armed", bool(still), "a client sends a speed before speed 0")
+        renewed_s = run.world.now_s
+        await asyncio.sleep(1.5)
+        last_s = max(heard.moves_since(0.0))
+        is_so = FAILSAFE_S - 2 * _PERIOD_S < last_s - renewed_s + _PERIOD_S < FAILSAFE_S + 2 * _PERIOD_S
+        run.keep("held-stick", is_so, f"a command is repeated for {last_s - renewed_s:.2f} s")
+        run.keep("stands-in-time", board.speed == 0, "a client that is commanded nothing drives")
+        telemetry = await client.next_telemetry()
+        run.keep("shows-what-is", telemetry.driver == client.you["name"], f"{telemetry.driver}")
+        await _stop(run, client, heard, rearm)
+        await client.end()
+
+
+async def _hold(run: Track, client: DriveClient, throttle: float, seconds: float) -> None:
+    end_s = run.world.now_s + seconds
+    while run.world.now_s < end_s:
+        with suppress(DriveError):
+            client.steer(throttle, 0.2)
+        await asyncio.sleep(_PERIOD_S)
+
+
+async def _stop(run: Track, client: DriveClient, heard: Heard, rearm: bool) -> None:
+    """Behind a stop a stick that a person still holds moves nothing, also when that is lifted, until it is released."""
+    holding = asyncio.create_task(_hold(run, client, 0.5, 1.5))
+    await asyncio.sleep(0.5)
+    await client.stop()
+    stopped_s = run.world.now_s
+    run.keep("stop-gets-through", run.board.speed == 0, "the wheels turn after a client's stop")
+    await asyncio.sleep(0.3)
+    run.keep("stop-holds", run.board.speed == 0, "a client drives on after its stop")
+    await client.clear()
+    await holding
+    if not rearm:
+        run.keep("held-stick", not heard.moves_since(stopped_s), "a stick that is held behind a stop moves the car")
+        client.steer(0.0, 0.0)
+        await asyncio.sleep(0.1)
+    await _hold(run, client, 0.5, 1.0)
+    run.keep("drives-again", run.board.speed > 0, "nobody can drive behind a stop")
+
+
+async def hear_nothing(run: Track) -> None:
+    """A client that hears nothing sends nothing: it would come too late. It connects again, and a stick is released."""
+    async with run.car() as board:
+        heard, link = Heard(run), run.network.links["people"]
+        rearm = run.random.random() < 0.5
+        client = DriveClient("car", COMMANDS, rearm=rearm)
+        client.begin()
+        await _hold(run, client, 0.0, 0.3)
+        await _hold(run, client, 0.5, 1.2)
+        link.stall(1.2)
+        silent_s = run.world.now_s
+        await _hold(run, client, 0.5, 1.1)
+        late = [at_s - silent_s for at_s in heard.moves_since(silent_s + _SILENT_S + 3 * _PERIOD_S)]
+        run.keep("no-old-command", not late, f"commands are sent {late} s after the last telemetry")
+        run.keep("stands-in-time", board.speed == 0, "the wheels turn while nothing comes")
+        await _hold(run, client, 0.5, 1.0)
+        if not rearm:
+            run.keep("held-stick", board.speed == 0, "a stick that was held while nothing came moves the car")
+            run.keep("held-stick", client.waits_for_release, "nobody is told that the stick has to be released")
+            client.steer(0.0, 0.0)
+            await asyncio.sleep(0.1)
+        await _hold(run, client, 0.5, 1.0)
+        run.keep("drives-again", board.speed > 0, "nobody can drive after a stall")
+        link.cut()
+        cut_s = run.world.now_s
+        await _hold(run, client, 0.5, 2.5)
+        if rearm:
+            run.keep("drives-again", board.speed > 0, "a client doesn't connect again")
+        else:
+            run.keep("held-stick", not heard.moves_since(cut_s), "a stick that was held while a connection broke")
+        await client.end()
+
+
+ACTS = (renew, hear_nothing)
