@@ -137,7 +137,8 @@ class BrowserStorage(Storage):
                 record = msgspec.convert(key, Record)
                 found.setdefault((record.owner, checked_name(record.name)), []).append(record)
             except (msgspec.ValidationError, MotorcadeError):
-                unreadable.append(MotorcadeError("damaged-record", name=_name_in(key)))
+                name = key[1] if isinstance(key, list) and len(key) > 1 else key
+                unreadable.append(MotorcadeError("damaged-record", name=str(name)[:LONGEST_NAME]))
         self._stored = {
             key: tuple(sorted(records, key=lambda record: record.version, reverse=True))
             for key, records in found.items()
@@ -289,8 +290,3 @@ class BrowserStorage(Storage):
 
 def _iso(record: Record) -> str:
     return iso_time(record.saved_at_ms / 1000)
-
-
-def _name_in(key: object) -> str:
-    """Return what may be the name in a damaged key."""
-    return str(key[1] if isinstance(key, list) and len(key) > 1 else key)[:LONGEST_NAME]

@@ -94,6 +94,8 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
     _check(profile, tick_ms, fastest, radius)
     few = len(mat.starts) <= _FEW_CARS
     sort_every = _NEVER if few else max(_DRIFT_UM // fastest, 1)
+    # Duties are no reason: the speeds are of a car that drives with them.
+    is_bent = profile.wheels.drift_mrad_per_m != 0 or profile.wheels.stopping_ms > 0
     return Rules(
         levels=Buffer.of("int64", levels_of(profile)),
         images=_images(images),
@@ -119,7 +121,7 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
         range=profile.infrared.range_mm * 1000.0,
         beam_cos=_cosine(physics.beam_half_angle_deg) if physics.beam_half_angle_deg < 180 else -2.0,
         capture=float(physics.capture_ratio or 0.0),
-        wheel_noise=float(physics.wheel_noise) or _LITTLE_NOISE * _rolls_on_a_curve(profile),
+        wheel_noise=float(physics.wheel_noise) or _LITTLE_NOISE * is_bent,
         coast=profile.wheels.stopping_ms / (profile.wheels.stopping_ms + tick_ms),
         floor_ahead=profile.floor.ahead_mm * 1000.0,
         floor_aside=profile.floor.apart_mm * 500.0,
@@ -352,11 +354,6 @@ def _flips(rate: float) -> tuple[float, ...]:
         total += math.comb(32, k) * exact**k * (1 - exact) ** (32 - k)
         chances.append(float(math.floor(total * (1 << 32))))
     return tuple(chances)
-
-
-def _rolls_on_a_curve(profile: Profile) -> bool:
-    """Whether a measured car turns while it drives straight on, or rolls on; its duties are in its speeds."""
-    return profile.wheels.drift_mrad_per_m != 0 or profile.wheels.stopping_ms != 0
 
 
 def _cosine(degrees: float) -> float:

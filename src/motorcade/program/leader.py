@@ -22,7 +22,7 @@ A program without any step that decides has states alone, as any car knows them:
 """
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from itertools import groupby
 
@@ -120,7 +120,9 @@ class Leader:
         self._called: frozenset[str] = frozenset()
         self._settled: set[str] = set()
         self._open: list[str] = []
-        steps = list(_steps_of(program))
+        steps = list(walk(program.leader, "leader"))
+        for name, inside in program.functions.items():
+            steps += walk(inside, f"functions.{name}")
         for path, step in steps:
             self._expander.check_settings(step, path)
         self._flow_steps: list[tuple[str, FlowStep]] = [
@@ -139,7 +141,8 @@ class Leader:
             self._found |= self._uncounted
         self.diagnostics = [*self._expander.diagnostics, *self._counters.problems, *self._found.values()]
         self.remarks: list[Diagnostic] = []
-        self.told = self._tells()
+        code, _ = self._laid_out()
+        self.told = list(dict.fromkeys(instruction.to for instruction in code if isinstance(instruction.to, ToldStep)))
         self.has_tells = bool(self.told) or any(step.op == "tell" for _, step in self._flow_steps)
 
     @property
@@ -166,7 +169,8 @@ class Leader:
             word = counters.get(word, word)
             if isinstance(to, int):
                 # Behind the last word comes the first one; a last jump to it may be gone.
-                bits = (number + to) * (number + to < len(code)) << _TARGET_AT
+                target = number + to if number + to < len(code) else 0
+                bits = target << _TARGET_AT
             elif isinstance(to, str):
                 bits = places[to] << _TARGET_AT
             elif to:
@@ -488,14 +492,3 @@ class Leader:
         if step.step:
             told = ToldStep(without_ids(step.step), f"{path}.tell.step", step.step.id or step.id)
         return one_word(flow_word(TELL), path, step, told)
-
-    def _tells(self) -> list[ToldStep]:
-        code, _ = self._laid_out()
-        return list(dict.fromkeys(instruction.to for instruction in code if isinstance(instruction.to, ToldStep)))
-
-
-def _steps_of(program: Program) -> Iterator[tuple[str, Step]]:
-    """Yield the leader's steps and those of the functions, those inside of others included, with their places."""
-    yield from walk(program.leader, "leader")
-    for name, steps in program.functions.items():
-        yield from walk(steps, f"functions.{name}")

@@ -201,7 +201,8 @@ class StatementReader(CallReader):
         field: str = "",
     ) -> None:
         """Append a step that a statement is, and take note of where it stands; ``value`` is that of its ``field``."""
-        if not self._leads and not self._is_counted_repeat(document):
+        is_counted_repeat = "times" in document.get(RepeatStep.kind, {})
+        if not self._leads and not is_counted_repeat:
             self._refuse("followers-cannot-decide", statement)
         self._reckoner.spend(STEP_COST)
         self.spans[path] = self.source.first_line_of(statement)
@@ -209,9 +210,6 @@ class StatementReader(CallReader):
         if value is not None:
             self.spans[f"{path}.{next(iter(document))}.{field}"] = self.source.span(value)
         steps.append(document)
-
-    def _is_counted_repeat(self, document: dict[str, Any]) -> bool:
-        return "times" in document.get(RepeatStep.kind, {})
 
     def _refuse_statement(self, statement: ast.stmt) -> None:
         word = _WORDS.get(type(statement))

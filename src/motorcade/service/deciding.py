@@ -86,7 +86,12 @@ class Deciding:
 
     def look(self) -> list[Decided]:
         """Return what each of these leaders has come to."""
-        return [Decided(car, self._world.counters_of(car), self.holding(car), self._path(car)) for car in self._ways]
+        found = []
+        for car, events in self._ways.items():
+            # The indices of the words that led to the present state, and of the state.
+            path = [1 + event.other % NEXT_WORD for event in events if event.kind != OVER]
+            found.append(Decided(car, self._world.counters_of(car), self.holding(car), path))
+        return found
 
     def holding(self, car: int) -> list[int]:
         """Return the indices of the words whose condition is met now, whether or not it has to be; not of chance."""
@@ -104,10 +109,6 @@ class Deciding:
                 memory, remembered, asked.condition, asked.level, word & decisions.LOWER_HALF, sensed, self._levels
             )
         return [index for index, asked in self._asked.items() if met[asked]]
-
-    def _path(self, car: int) -> list[int]:
-        """The indices of the words that led to the present state, and of the state."""
-        return [1 + event.other % NEXT_WORD for event in self._ways[car] if event.kind != OVER]
 
     def last(self, car: int) -> Decision | None:
         """The last condition by which a leader came to its present state; None where it came by none."""
