@@ -6,6 +6,7 @@ import { useLanguage, useTexts } from "../i18n";
 import { confirm } from "../state/questions";
 import { askTeacher } from "./ask";
 import { Avatar } from "./Avatar";
+import { HowToJoin } from "./HowToJoin";
 import { Icon } from "../ui/icons";
 import { Action, Form, Problem } from "../ui/page";
 import { useAttempt } from "./attempt";
@@ -113,7 +114,14 @@ function Pupil({ pupil }: { pupil: PupilRow }) {
 export function PupilsPart({ view }: { view: ClassView }) {
   const t = useTexts("class");
   const here = view.pupils.filter(({ online }) => online).length;
-  if (view.pupils.length === 0) return <p className="caution">{t("nobodyYet", { code: view.code })}</p>;
+  if (view.pupils.length === 0) {
+    return (
+      <>
+        <p role="status">{t("nobodyYet")}</p>
+        <HowToJoin view={view} canChange />
+      </>
+    );
+  }
   return (
     <section aria-label={t("pupils")}>
       <p role="status">{t("hereCount", { here, all: view.pupils.length })}</p>

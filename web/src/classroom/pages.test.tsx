@@ -95,6 +95,13 @@ describe("the teacher", () => {
     expect(screen.getAllByRole<HTMLInputElement>("radio").map(({ checked }) => checked)).toEqual([true, false]);
   });
 
+  it("sees how pupils join as long as nobody is here", async () => {
+    answerBy({ "/api/teacher/addresses": () => ({ code: "HQ6FCA", addresses: ["http://10.0.0.7/"], local_name: null, why_no_name: null, qr_code: "<svg/>" }) });
+    render(<PupilsPart view={{ ...VIEW, pupils: [] }} />);
+    expect(await screen.findByText("http://10.0.0.7/")).toBeTruthy();
+    expect(screen.getByRole("img", { name: /QR/ })).toBeTruthy();
+  });
+
   it("is asked before a pupil is removed, and before the class ends", async () => {
     const user = userEvent.setup({ delay: null });
     const asked = answerBy({ "/api/teacher/remove": () => ({}), "/api/teacher/end": () => ({}), "/api/teacher/addresses": () => new Refusal("x", "none") });
