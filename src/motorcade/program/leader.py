@@ -165,7 +165,6 @@ class Leader:
             bits = 0
             word = counters.get(word, word)
             if isinstance(to, int):
-                # Behind the last word comes the first one; a last jump to it may be gone.
                 bits = (number + to) * (number + to < len(code)) << _TARGET_AT
             elif isinstance(to, str):
                 bits = places[to] << _TARGET_AT
