@@ -30,7 +30,7 @@ NAMES = {
     "follower-tagged": "follower, tagged words",
     "leader-bare": "leader, bare words",
     "leader-tagged": "leader, tagged words",
-    "leader-decides": "leader, 16 flow words in each tick",
+    "leader-decides": "leader, 16 flow words in each tick, and frames",
     "receiver": "receiver, 8 words",
 }
 

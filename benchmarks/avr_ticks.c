@@ -20,7 +20,7 @@
 #define FLOW_WORDS 16
 
 struct motorcade_image {
-    uint32_t words[1 + FLOW_WORDS];
+    uint32_t words[2 + FLOW_WORDS];
 };
 
 static const uint32_t LEVELS[25] = {0, 1000, 2000, 3000, 1000, 2000, 3000, 4000, 5000, 6000, 7000, 8000, 100,
@@ -100,11 +100,12 @@ static uint32_t step(uint32_t *worst)
     return took;
 }
 
-/* A leader that executes FLOW_WORDS flow words in each tick: all draw a number, and none is a state. */
+/* A leader that executes FLOW_WORDS flow words in each tick: all draw a number, and none is a state. It sends frames. */
 static void run_flow(void)
 {
     uint32_t sum = 0, worst = 0;
-    image.words[0] = (uint32_t)FLOW_WORDS << 24 | MOTORCADE_FLOW_DECIDES;
+    image.words[0] = (uint32_t)FLOW_WORDS << 24 | 0x010100UL | MOTORCADE_FLOW_TAGGED | MOTORCADE_FLOW_DECIDES;
+    image.words[1 + FLOW_WORDS] = 0xE5A80000;
     for (uint8_t i = 0; i < FLOW_WORDS; i++) image.words[1 + i] = 0x80060100UL | (uint32_t)((i + 1) % FLOW_WORDS) << 20;
     car.leads = 1;
     motorcade_brain_switch_on(memory, 7, now);

@@ -92,11 +92,11 @@ def register() -> None:
     found = ((module, each) for module in plain for each in vars(module).values())
     portable = [each for module, each in found if isinstance(each, FunctionType) and each.__module__ == module.__name__]
     for function in (*backend.FUNCTIONS, *portable):
-        if function is not infrared.ones:
+        if function not in (infrared.ones, infrared.is_odd):
             # Few cars decide: their code shouldn't stand between that of all others.
             is_rare = function.__module__ == decisions.__name__ and function is not decisions.decides
             register_jitable(forceinline=not is_rare)(function)
-    _register_ones(infrared.ones)
+    _register_ones(infrared.ones, infrared.is_odd)
     for kind in backend.CLASSES:
         for name, method in vars(kind).items():
             if isinstance(method, FunctionType) and not name.startswith("_"):
@@ -110,7 +110,7 @@ def _to_index(context: Any, builder: Any, kind: Any, index: Any, size: Any) -> A
     return context.cast(builder, index, kind, types.intp if kind.signed else types.uintp)
 
 
-def _register_ones(ones: Callable[[int], int]) -> None:
+def _register_ones(ones: Callable[[int], int], is_odd: Callable[[int], int]) -> None:
     """Let an instruction count bits: every target has one, and LLVM doesn't find out what the function does."""
     from numba.core import types
     from numba.extending import intrinsic, overload
@@ -123,6 +123,7 @@ def _register_ones(ones: Callable[[int], int]) -> None:
         return types.int64(word), emit
 
     overload(ones)(lambda word: lambda word: counted(word))  # type: ignore[call-arg]  # Numba gives the context
+    overload(is_odd)(lambda half: lambda half: counted(half) & 1)  # type: ignore[call-arg]
 
 
 def _register_method(kind: type, name: str, method: FunctionType) -> None:

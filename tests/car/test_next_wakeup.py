@@ -163,7 +163,7 @@ def test_a_car_that_waits_to_send_rests_until_then() -> None:
     memory = follower(PASSED_ON)
     now = 0
     while memory[brain.RELAY] != frames.WAITING:
-        assert not frames.follower_sends(memory, 0, now, LEVELS)
+        assert frames.follower_frame(memory, 0, now, LEVELS) == frames.NO_FRAME
         now += 1
     assert 1 < next_wakeup.relay_rest_ms(memory, 0, now) == elapsed_ms(memory[brain.RELAY_MS], now)
 

@@ -86,8 +86,8 @@ def infrared_frames(heard):
         brain.follower_step(s, now, LEVELS)
         is_good = parity_is_even(frame) and (check_is_good(frame) if tag_of(frame) else frame & 0x7FE == 0)
         assert frames.follower_hears(s, frame, now, LEVELS) != frames.BEGUN or is_good
-        if frames.follower_sends(s, is_busy, now, LEVELS):
-            assert parity_is_even(frames.follower_frame(s))
+        frame = frames.follower_frame(s, is_busy, now, LEVELS)
+        assert frame == frames.NO_FRAME or parity_is_even(frame)
         assert 0 <= brain.wheels(s, NOTHING, now, LEVELS) < 12
         assert all(0 <= each < 1 << 32 for each in s)
 

@@ -9,7 +9,7 @@ from test_microcontroller import CLASSROOM, HEARD, PLATFORMS, on_micropython, te
 
 from motorcade.config.pins import parse_pins
 from motorcade.firmware.car_files import settings_of
-from motorcade.words.flow import CALL, CHANCE, JUMP
+from motorcade.words.flow import CALL, CHANCE, JUMP, TELL
 from motorcade.words.formats import FLOW
 from motorcade.words.infrared import frame_durations_us, to_frame
 from motorcade.words.packing import words_to_bytes
@@ -21,13 +21,14 @@ from support.chip_benches import SMALL
 LARGEST = bytes.fromhex("FFFF0100" + "64800000" * 255 + "80280000" * 255)
 # Collections of garbage are among the turns.
 LONGEST_TURN_US = 20_000
-# With sixteen calls and no frame in it.
+# With sixteen flow words in it that draw no number; frames begin in the tick after it.
 LONGEST_WITH_CALLS_US = 8_000
 # Its wheels stand.
 LIGHTS = to_frame(0x80480000)
 DRIVES = bytes.fromhex("01000000 26800000")
 # A function that calls itself.
 CALLS = FLOW.encode(op=CALL, target=0)
+TELLS = FLOW.encode(op=TELL, target=0)
 SECONDS = 4
 FRAME_EVERY_US = 80_000
 FRAMES = 40
@@ -118,8 +119,9 @@ def test_a_follower_waits_with_an_image_until_the_air_is_free_and_loses_no_frame
             LONGEST_TURN_US,
         ),
         ([CALLS, CALLS], LONGEST_WITH_CALLS_US),
+        ([TELLS, FLOW.encode(op=JUMP, target=0)], LONGEST_WITH_CALLS_US),
     ],
-    ids=["chance", "calls"],
+    ids=["chance", "calls", "tells"],
 )
 def test_a_tick_with_sixteen_flow_words_is_not_long(flow, longest_us, micropython_installed):
     image = words_to_bytes((len(flow) + 1 << 24 | 0x010103, *flow, 0x40280000, 0x80280000))

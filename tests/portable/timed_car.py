@@ -16,15 +16,14 @@ TURNS_A_LINE = 50
 
 
 class Noted:
-    """Count the frames that the car hears and sends, by replacing ``note``."""
+    """Count the frames that the car hears, by replacing ``note``."""
 
     def __init__(self, board):
-        self.heard = self.sent = 0
+        self.heard = 0
         board.note = self.note
 
     def note(self, kind, at_ms, word, detail):
         self.heard += kind == "heard"
-        self.sent += kind == "frame"
 
 
 def lines(settings, platform, seconds, script, counts_bytes=False, flash_is_slow=False):
@@ -43,7 +42,7 @@ def lines(settings, platform, seconds, script, counts_bytes=False, flash_is_slow
     longest_at_work_us = 0
     meter.stop()
     while chip.now_us < seconds * 1_000_000:
-        turn_us, stored, sent = chip.now_us, len(bench.stored), noted.sent
+        turn_us, stored, collected = chip.now_us, len(bench.stored), bench.collector.collections
         meter.start()
         loop.turn()
         meter.stop()
@@ -53,7 +52,7 @@ def lines(settings, platform, seconds, script, counts_bytes=False, flash_is_slow
             storing_us = took_us
         else:
             longest_us = max(longest_us, took_us)
-        if turn_us > seconds * 500_000 and noted.sent == sent:
+        if turn_us > seconds * 500_000 and bench.collector.collections == collected:
             longest_at_work_us = max(longest_at_work_us, took_us)
         turns += 1
         bench.observed.look()

@@ -57,20 +57,17 @@ uint8_t motorcade_ticks_reached(uint32_t now_ms, uint32_t due_ms)
 /* infrared */
 
 #define MOTORCADE_INFRARED_FIXED_UNITS 89
-#define MOTORCADE_INFRARED_CHECK_0 0xDAB55540U
-#define MOTORCADE_INFRARED_CHECK_1 0xB66CCCC0U
-#define MOTORCADE_INFRARED_CHECK_2 0x71E3C3C0U
-#define MOTORCADE_INFRARED_CHECK_3 0x0FE03FC0U
-#define MOTORCADE_INFRARED_CHECK_4 0x001FFFC0U
 
 /* Return how many of the 32 bits are set. */
 uint8_t motorcade_infrared_ones(uint32_t word)
 {
-    word = word - ((word >> 1) & 0x55555555U);
-    word = (word & 0x33333333U) + ((word >> 2) & 0x33333333U);
-    word = (word + (word >> 4)) & 0x0F0F0F0FU;
-    word = word + (word >> 8);
-    return (uint8_t)((word + (word >> 16)) & 63);
+    uint16_t upper = (uint16_t)(word >> 16);
+    uint16_t lower = (uint16_t)(word & MOTORCADE_INFRARED_LOWER_HALF);
+    upper = (uint16_t)((uint32_t)upper - ((upper >> 1) & 21845));
+    lower = (uint16_t)((uint32_t)lower - ((lower >> 1) & 21845));
+    uint16_t fours = (uint16_t)((uint32_t)(upper & 13107) + ((upper >> 2) & 13107) + (lower & 13107) + ((lower >> 2) & 13107));
+    uint16_t eights = (uint16_t)((uint32_t)(fours & 3855) + ((fours >> 4) & 3855));
+    return (uint8_t)(((uint32_t)eights + (eights >> 8)) & 63);
 }
 
 /* Return the duration of a frame in µs: with units of 560 µs 49,840 (all zeros) to 85,680 (all ones). */
@@ -79,26 +76,37 @@ uint32_t motorcade_infrared_air_us(uint32_t frame, uint32_t unit_us)
     return (MOTORCADE_INFRARED_FIXED_UNITS + ((uint32_t)MOTORCADE_INFRARED_ONE_SPACE_UNITS - MOTORCADE_INFRARED_ZERO_SPACE_UNITS) * motorcade_infrared_ones(frame)) * unit_us;
 }
 
-/* Return the check, 0 to 31, that belongs to bits 31 to 6 of a frame. */
-uint8_t motorcade_infrared_check_of(uint32_t frame)
+/* Return 1 where the number of ones among 16 bits is odd, else 0. */
+uint8_t motorcade_infrared_is_odd(uint16_t half)
 {
-    uint32_t low = ((uint32_t)(motorcade_infrared_ones(frame & MOTORCADE_INFRARED_CHECK_1) & 1) << 1) | (motorcade_infrared_ones(frame & MOTORCADE_INFRARED_CHECK_0) & 1);
-    uint32_t high = ((uint32_t)(motorcade_infrared_ones(frame & MOTORCADE_INFRARED_CHECK_3) & 1) << 1) | (motorcade_infrared_ones(frame & MOTORCADE_INFRARED_CHECK_2) & 1);
-    return (uint8_t)(((uint32_t)(motorcade_infrared_ones(frame & MOTORCADE_INFRARED_CHECK_4) & 1) << 4) | (high << 2) | low);
+    half = half ^ (half >> 8);
+    return (uint8_t)(((uint32_t)MOTORCADE_INFRARED_ODD >> ((half ^ (half >> 4)) & 15)) & 1);
 }
 
-/* Return the frame of `word`: bit 0 makes the number of ones even (seed 000, c9). */
-uint32_t motorcade_infrared_to_frame(uint32_t word)
+/* Return the check of a frame that is given as its halves.
+ *
+ * The bits are numbered, from bit 31 down, by the integers from 3 to 31 that are no powers of two: bits 20 to 6 count
+ * to 31, bits 27 to 21 to 15, bits 30 to 28 to 7, and bit 31 is number 3. Bit k of the check is 1 where an odd number
+ * of those bits are 1 whose number has bit k set. Once bit k is known, numbers that differ in bit k alone are added.
+ */
+static uint8_t motorcade_infrared_check(uint16_t upper, uint16_t lower)
 {
-    word = word & 0xFFFFFFFEU;
-    return word | (motorcade_infrared_ones(word) & 1);
+    uint16_t to_31 = (uint16_t)(((uint32_t)(upper & 31) << 10) | (lower >> 6));
+    uint16_t with_8 = (to_31 & 255) ^ ((upper >> 5) & 127);
+    uint16_t eights = (to_31 >> 8) ^ with_8;
+    uint16_t with_4 = (eights & 15) ^ ((upper >> 12) & 7);
+    uint16_t fours = (eights >> 4) ^ with_4 ^ (upper >> 15);
+    uint8_t high = (uint8_t)(((uint32_t)motorcade_infrared_is_odd(to_31) << 2) | ((uint32_t)motorcade_infrared_is_odd(with_8) << 1) | (((uint32_t)MOTORCADE_INFRARED_ODD >> with_4) & 1));
+    return (uint8_t)(((uint32_t)high << 2) | ((((uint32_t)MOTORCADE_INFRARED_ODD >> (fours & 3)) & 1) << 1) | (((uint32_t)MOTORCADE_INFRARED_ODD >> (fours & 5)) & 1));
 }
 
 /* Return the frame of `word`, of which bits 31 to 11 count, with `tag`, 1 to 31. */
 uint32_t motorcade_infrared_tagged_frame(uint32_t word, uint8_t tag)
 {
-    uint32_t frame = (word & MOTORCADE_INFRARED_ACTION_BITS) | ((uint32_t)tag << 6);
-    return motorcade_infrared_to_frame(frame | ((uint32_t)motorcade_infrared_check_of(frame) << 1));
+    uint16_t upper = (uint16_t)(word >> 16);
+    uint16_t lower = (uint16_t)((word & 63488U) | ((uint32_t)tag << 6));
+    lower = (uint16_t)(lower | ((uint32_t)motorcade_infrared_check(upper, lower) << 1));
+    return ((uint32_t)upper << 16) | lower | motorcade_infrared_is_odd(upper ^ lower);
 }
 
 /* Return 1 where bits 7 to 0 are the complement of bits 15 to 8, as in each frame of NEC's protocols, else 0. */
@@ -120,16 +128,29 @@ uint8_t motorcade_infrared_next_tag(uint8_t tag, uint32_t word)
     return tag;
 }
 
+/* Return the frame of `word`: bit 0 makes the number of ones even (seed 000, c9). */
+uint32_t motorcade_infrared_to_frame(uint32_t word)
+{
+    word = word & 0xFFFFFFFEU;
+    return word | motorcade_infrared_is_odd((uint16_t)((word >> 16) ^ (word & MOTORCADE_INFRARED_LOWER_HALF)));
+}
+
 /* Return 1 where the number of ones in a frame is even, as in every good frame, else 0. */
 uint8_t motorcade_infrared_parity_is_even(uint32_t frame)
 {
-    return (uint8_t)((uint32_t)1 - (motorcade_infrared_ones(frame) & 1));
+    return (uint8_t)((uint32_t)1 - motorcade_infrared_is_odd((uint16_t)((frame >> 16) ^ (frame & MOTORCADE_INFRARED_LOWER_HALF))));
 }
 
 /* Return the tag of a frame: 1 to 31, or 0 for a bare frame. */
 uint8_t motorcade_infrared_tag_of(uint32_t frame)
 {
     return BITS(frame, 6, 31);
+}
+
+/* Return the check, 0 to 31, that belongs to bits 31 to 6 of a frame. */
+uint8_t motorcade_infrared_check_of(uint32_t frame)
+{
+    return motorcade_infrared_check((uint16_t)(frame >> 16), (uint16_t)(frame & MOTORCADE_INFRARED_LOWER_HALF));
 }
 
 /* Return 1 where the check of a tagged frame belongs to its word and tag, else 0. */
@@ -998,16 +1019,6 @@ static uint8_t motorcade_frames_finds_air_free(uint32_t *s, uint8_t air_is_busy,
     return 1;
 }
 
-/* Return the frame of the follower word that a leader is sending. */
-uint32_t motorcade_frames_leader_frame(uint32_t *s, const struct motorcade_image *image)
-{
-    uint32_t word = motorcade_frames_slot_word(s, image);
-    if ((uint16_t)s[MOTORCADE_BRAIN_TAG]) {
-        return motorcade_infrared_tagged_frame(word, (uint8_t)(uint16_t)s[MOTORCADE_BRAIN_TAG]);
-    }
-    return motorcade_infrared_to_frame(word);
-}
-
 /* Schedule the frame after one of the first OPENING_FRAMES of a slot. */
 static void motorcade_frames_go_on_opening(uint32_t *s, const uint32_t *levels)
 {
@@ -1024,71 +1035,64 @@ static void motorcade_frames_go_on_opening(uint32_t *s, const uint32_t *levels)
     }
 }
 
-/* Return 1 where a leader of tagged words begins a frame of its present slot now, else 0.
+/* Return the frame of its present slot that a leader of tagged words begins now, or NO_FRAME.
  *
  * It sends a new word at once and twice more within OPENING_MS. Then it repeats the word as a follower does, but
  * counts no frames of others, because a leader receives none. Where the air is busy it sends as soon as the air is
  * free. So it comes before the followers, which wait for a random time.
  */
-uint8_t motorcade_frames_sends_in_slot(uint32_t *s, const struct motorcade_image *image, uint8_t air_is_busy, uint32_t now, const uint32_t *levels)
+uint32_t motorcade_frames_frame_in_slot(uint32_t *s, const struct motorcade_image *image, uint8_t air_is_busy, uint32_t now, const uint32_t *levels)
 {
     if (motorcade_ticks_reached(now, s[MOTORCADE_BRAIN_QUIET_MS]) == 0) {
-        return 0;
+        return MOTORCADE_FRAMES_NO_FRAME;
     }
     if (motorcade_frames_is_time_to_send(s, now, levels) == 0) {
-        return 0;
+        return MOTORCADE_FRAMES_NO_FRAME;
     }
     uint32_t begins = (s[MOTORCADE_BRAIN_INTERVAL] == 0 && (uint8_t)s[MOTORCADE_BRAIN_SENT] == 0 && (uint8_t)s[MOTORCADE_BRAIN_RELAY] == MOTORCADE_FRAMES_LISTENING) ? 1 : 0;
     if (begins == 0 || air_is_busy) {
         begins = motorcade_frames_finds_air_free(s, air_is_busy, 1, now, levels);
     }
     if (begins == 0) {
-        return 0;
+        return MOTORCADE_FRAMES_NO_FRAME;
     }
-    s[MOTORCADE_BRAIN_QUIET_MS] = motorcade_ticks_later_ms(now, motorcade_frames_frame_ms(motorcade_frames_leader_frame(s, image), levels) + levels[MOTORCADE_BRAIN_GAP_MS]);
+    uint32_t frame = motorcade_infrared_tagged_frame(motorcade_frames_slot_word(s, image), (uint8_t)(uint16_t)s[MOTORCADE_BRAIN_TAG]);
+    s[MOTORCADE_BRAIN_QUIET_MS] = motorcade_ticks_later_ms(now, motorcade_frames_frame_ms(frame, levels) + levels[MOTORCADE_BRAIN_GAP_MS]);
     s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_RESTING;
     if (s[MOTORCADE_BRAIN_INTERVAL] == 0) {
         motorcade_frames_go_on_opening(s, levels);
     }
-    return 1;
+    return frame;
 }
 
-/* Return 1 where the leader begins a frame of its follower word `s[SLOT]` now, else 0.
+/* Return the frame of its follower word `s[SLOT]` that the leader begins now, or NO_FRAME.
  *
  * `air_is_busy` is 1 while the car senses a carrier; a leader of bare words ignores it.
  */
-uint8_t motorcade_frames_leader_sends(uint32_t *s, const struct motorcade_image *image, uint8_t air_is_busy, uint32_t now, const uint32_t *levels)
+uint32_t motorcade_frames_leader_frame(uint32_t *s, const struct motorcade_image *image, uint8_t air_is_busy, uint32_t now, const uint32_t *levels)
 {
     uint32_t header = motorcade_image_word(image, 0);
     uint8_t follower_words = BITS(header, 16, 255);
     if (follower_words == 0) {
-        return 0;
+        return MOTORCADE_FRAMES_NO_FRAME;
     }
     if (header & MOTORCADE_FLOW_TAGGED) {
         motorcade_frames_enter_slot(s, image, follower_words, now, levels);
-        return motorcade_frames_sends_in_slot(s, image, air_is_busy, now, levels);
+        return motorcade_frames_frame_in_slot(s, image, air_is_busy, now, levels);
     }
     if (motorcade_ticks_reached(now, s[MOTORCADE_BRAIN_NEXT_FRAME_MS]) == 0 || motorcade_ticks_reached(now, s[MOTORCADE_BRAIN_QUIET_MS]) == 0) {
-        return 0;
+        return MOTORCADE_FRAMES_NO_FRAME;
     }
     motorcade_frames_enter_slot(s, image, follower_words, now, levels);
-    s[MOTORCADE_BRAIN_QUIET_MS] = motorcade_ticks_later_ms(now, motorcade_frames_frame_ms(motorcade_frames_leader_frame(s, image), levels) + levels[MOTORCADE_BRAIN_GAP_MS]);
+    uint32_t frame = motorcade_infrared_to_frame(motorcade_frames_slot_word(s, image));
+    s[MOTORCADE_BRAIN_QUIET_MS] = motorcade_ticks_later_ms(now, motorcade_frames_frame_ms(frame, levels) + levels[MOTORCADE_BRAIN_GAP_MS]);
     if ((uint8_t)s[MOTORCADE_BRAIN_RELAYED] == 0) {
         s[MOTORCADE_BRAIN_NEXT_FRAME_MS] = s[MOTORCADE_BRAIN_QUIET_MS];
     }
     while ((uint8_t)s[MOTORCADE_BRAIN_RELAYED] && motorcade_ticks_reached(now, s[MOTORCADE_BRAIN_NEXT_FRAME_MS])) {
         s[MOTORCADE_BRAIN_NEXT_FRAME_MS] = motorcade_ticks_later_ms(s[MOTORCADE_BRAIN_NEXT_FRAME_MS], levels[MOTORCADE_BRAIN_RELAY_PERIOD_MS]);
     }
-    return 1;
-}
-
-/* Return the frame of the word that a follower passes on. */
-uint32_t motorcade_frames_follower_frame(uint32_t *s)
-{
-    if ((uint16_t)s[MOTORCADE_BRAIN_TAG]) {
-        return motorcade_infrared_tagged_frame(s[MOTORCADE_BRAIN_WORD], (uint8_t)((uint16_t)s[MOTORCADE_BRAIN_TAG] & MOTORCADE_BRAIN_TAG_MASK));
-    }
-    return motorcade_infrared_to_frame(s[MOTORCADE_BRAIN_WORD]);
+    return frame;
 }
 
 /* Let a follower begin `word`, whatever it ran before. */
@@ -1181,33 +1185,36 @@ uint8_t motorcade_frames_follower_hears(uint32_t *s, uint32_t frame, uint32_t no
     return MOTORCADE_FRAMES_BEGUN;
 }
 
-/* Return 1 where a follower that passes its word on begins a frame of `s[WORD]` now, else 0.
+/* Return the frame of `s[WORD]` that a follower which passes its word on begins now, or NO_FRAME.
  *
  * `air_is_busy` is 1 while the car senses a carrier or sends one itself. A tagged word is passed on as RFC 6206
  * (Trickle) describes: once in each interval, unless enough others nearby sent the same tag in it.
  */
-uint8_t motorcade_frames_follower_sends(uint32_t *s, uint8_t air_is_busy, uint32_t now, const uint32_t *levels)
+uint32_t motorcade_frames_follower_frame(uint32_t *s, uint8_t air_is_busy, uint32_t now, const uint32_t *levels)
 {
     if ((uint8_t)s[MOTORCADE_BRAIN_HOLDS] == 0 || BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_POSITIONS_FORWARD_AT, 1) == 0) {
         s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_BUSY;
-        return 0;
+        return MOTORCADE_FRAMES_NO_FRAME;
     }
     if ((uint16_t)s[MOTORCADE_BRAIN_TAG] == 0) {
-        return motorcade_frames_finds_air_free(s, air_is_busy, levels[MOTORCADE_BRAIN_RELAY_PERIOD_MS], now, levels);
+        if (motorcade_frames_finds_air_free(s, air_is_busy, levels[MOTORCADE_BRAIN_RELAY_PERIOD_MS], now, levels)) {
+            return motorcade_infrared_to_frame(s[MOTORCADE_BRAIN_WORD]);
+        }
+        return MOTORCADE_FRAMES_NO_FRAME;
     }
     if (s[MOTORCADE_BRAIN_INTERVAL] == 0 || motorcade_frames_is_time_to_send(s, now, levels) == 0) {
-        return 0;
+        return MOTORCADE_FRAMES_NO_FRAME;
     }
     if (s[MOTORCADE_BRAIN_SAME_TAG] >= levels[MOTORCADE_BRAIN_REDUNDANCY]) {
         s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_RESTING;
-        return 0;
+        return MOTORCADE_FRAMES_NO_FRAME;
     }
     /* While the air is busy, many cars wait, and most of them need not send: enough others do. So waits are long. */
     if (motorcade_frames_finds_air_free(s, air_is_busy, s[MOTORCADE_BRAIN_INTERVAL] * 2, now, levels) == 0) {
-        return 0;
+        return MOTORCADE_FRAMES_NO_FRAME;
     }
     s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_RESTING;
-    return 1;
+    return motorcade_infrared_tagged_frame(s[MOTORCADE_BRAIN_WORD], (uint8_t)((uint16_t)s[MOTORCADE_BRAIN_TAG] & MOTORCADE_BRAIN_TAG_MASK));
 }
 
 /* decisions */
@@ -1238,7 +1245,7 @@ static void motorcade_decisions_look(uint8_t *d, uint8_t level, const uint32_t *
 static void motorcade_decisions_survey_word(uint8_t *d, uint32_t word, const uint32_t *levels)
 {
     uint16_t upper = (uint16_t)(word >> 16);
-    uint16_t lower = (uint16_t)(word & MOTORCADE_DECISIONS_LOWER_HALF);
+    uint16_t lower = (uint16_t)(word & MOTORCADE_INFRARED_LOWER_HALF);
     if (upper >> MOTORCADE_DECISIONS_FLOW_AT) {
         uint16_t op = (upper >> MOTORCADE_POSITIONS_OP_AT) & 7;
         if (op == MOTORCADE_FLOW_TELL) {
@@ -1354,7 +1361,7 @@ uint8_t motorcade_decisions_ends_early(uint32_t *s, uint8_t *d, const struct mot
     if (until == MOTORCADE_FLOW_ALWAYS) {
         return 0;
     }
-    uint16_t lower = (uint16_t)(s[MOTORCADE_BRAIN_WORD] & MOTORCADE_DECISIONS_LOWER_HALF);
+    uint16_t lower = (uint16_t)(s[MOTORCADE_BRAIN_WORD] & MOTORCADE_INFRARED_LOWER_HALF);
     uint8_t holds = motorcade_decisions_is_met(s, d, until, (uint8_t)((lower >> MOTORCADE_POSITIONS_UNTIL_LEVEL_AT) & 3), lower, senses, levels);
     return holds != ((lower >> MOTORCADE_POSITIONS_UNTIL_NOT_AT) & 1) ? 1 : 0;
 }
@@ -1459,7 +1466,7 @@ uint8_t motorcade_decisions_go_on(uint32_t *s, uint8_t *d, const struct motorcad
         index = behind;
         uint16_t op = (upper >> MOTORCADE_POSITIONS_OP_AT) & 7;
         if (op <= MOTORCADE_FLOW_CALL) {
-            if (((upper >> MOTORCADE_POSITIONS_CONDITION_AT) & 15) == MOTORCADE_FLOW_ALWAYS || motorcade_decisions_holds(s, d, upper, (uint16_t)(word & MOTORCADE_DECISIONS_LOWER_HALF), senses, levels)) {
+            if (((upper >> MOTORCADE_POSITIONS_CONDITION_AT) & 15) == MOTORCADE_FLOW_ALWAYS || motorcade_decisions_holds(s, d, upper, (uint16_t)(word & MOTORCADE_INFRARED_LOWER_HALF), senses, levels)) {
                 if (op == MOTORCADE_FLOW_CALL) {
                     uint8_t place = (uint8_t)(((uint32_t)d[MOTORCADE_DECISIONS_LAST_CALL] + 1) % MOTORCADE_DECISIONS_MOST_CALLS);
                     d[MOTORCADE_DECISIONS_LAST_CALL] = place;
@@ -1473,7 +1480,7 @@ uint8_t motorcade_decisions_go_on(uint32_t *s, uint8_t *d, const struct motorcad
         } else if (op == MOTORCADE_FLOW_RETURN) {
             index = motorcade_decisions_return(d);
         } else {
-            motorcade_decisions_count_or_tell(s, d, (uint8_t)op, (uint8_t)((upper >> MOTORCADE_POSITIONS_TARGET_AT) & 255), (uint16_t)(word & MOTORCADE_DECISIONS_LOWER_HALF), image);
+            motorcade_decisions_count_or_tell(s, d, (uint8_t)op, (uint8_t)((upper >> MOTORCADE_POSITIONS_TARGET_AT) & 255), (uint16_t)(word & MOTORCADE_INFRARED_LOWER_HALF), image);
         }
         if (one_by_one) {
             d[MOTORCADE_DECISIONS_NEXT] = index;
@@ -1514,14 +1521,14 @@ void motorcade_decisions_change_slot(uint32_t *s, uint8_t *d, const struct motor
     }
 }
 
-/* Return 1 where a leader that tells begins a frame of its follower word `s[SLOT]` now, else 0. */
-uint8_t motorcade_decisions_sends(uint32_t *s, uint8_t *d, const struct motorcade_image *image, uint8_t air_is_busy, uint32_t now, const uint32_t *levels)
+/* Return the frame of its follower word `s[SLOT]` that a leader that tells begins now, or NO_FRAME. */
+uint32_t motorcade_decisions_leader_frame(uint32_t *s, uint8_t *d, const struct motorcade_image *image, uint8_t air_is_busy, uint32_t now, const uint32_t *levels)
 {
     motorcade_decisions_change_slot(s, d, image, now, levels);
     if (d[MOTORCADE_DECISIONS_IS_TELLING] == 0) {
-        return 0;
+        return MOTORCADE_FRAMES_NO_FRAME;
     }
-    return motorcade_frames_sends_in_slot(s, image, air_is_busy, now, levels);
+    return motorcade_frames_frame_in_slot(s, image, air_is_busy, now, levels);
 }
 
 /* Return 1 while a car whose sensors must be read again and again needs each tick, else 0. */
@@ -1640,29 +1647,25 @@ void motorcade_step_act(struct motorcade_car *car, uint32_t now)
     return;
 }
 
-static uint8_t motorcade_step_leader_sends(struct motorcade_car *car, uint32_t now)
+static uint32_t motorcade_step_frame(struct motorcade_car *car, uint32_t now)
 {
-    if (car->decisions[MOTORCADE_DECISIONS_TELLS]) {
-        return motorcade_decisions_sends(car->memory, car->decisions, car->image, motorcade_car_air_is_busy(car), now, car->levels);
+    if (car->leads) {
+        if (car->decisions[MOTORCADE_DECISIONS_TELLS]) {
+            return motorcade_decisions_leader_frame(car->memory, car->decisions, car->image, motorcade_car_air_is_busy(car), now, car->levels);
+        }
+        return motorcade_frames_leader_frame(car->memory, car->image, motorcade_car_air_is_busy(car), now, car->levels);
     }
-    return motorcade_frames_leader_sends(car->memory, car->image, motorcade_car_air_is_busy(car), now, car->levels);
+    return motorcade_frames_follower_frame(car->memory, motorcade_car_air_is_busy(car), now, car->levels);
 }
 
 /* Begin the frame that is due, if one is; call it after `act`. Return 1 where a frame was begun, else 0. */
 uint8_t motorcade_step_send(struct motorcade_car *car, uint32_t now)
 {
-    uint32_t *s = car->memory;
-    if (car->leads) {
-        if (motorcade_step_leader_sends(car, now) == 0) {
-            return 0;
-        }
-        motorcade_car_send_frame(car, motorcade_frames_leader_frame(s, car->image));
-    } else {
-        if (motorcade_frames_follower_sends(s, motorcade_car_air_is_busy(car), now, car->levels) == 0) {
-            return 0;
-        }
-        motorcade_car_send_frame(car, motorcade_frames_follower_frame(s));
+    uint32_t frame = motorcade_step_frame(car, now);
+    if (frame == MOTORCADE_FRAMES_NO_FRAME) {
+        return 0;
     }
+    motorcade_car_send_frame(car, frame);
     return 1;
 }
 

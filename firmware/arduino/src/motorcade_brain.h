@@ -101,6 +101,10 @@ uint8_t motorcade_ticks_reached(uint32_t now_ms, uint32_t due_ms);
 #define MOTORCADE_INFRARED_NEWER_SLOTS 15
 /* Bits 31 to 11: the word of a frame, without tag, check and parity. */
 #define MOTORCADE_INFRARED_ACTION_BITS 0xFFFFF800U
+/* An integer from 2^30 up is an object for MicroPython: bits are looked at in halves. */
+#define MOTORCADE_INFRARED_LOWER_HALF 65535U
+/* Bit n is 1 where n, 0 to 15, has an odd number of ones. */
+#define MOTORCADE_INFRARED_ODD 27030
 #define MOTORCADE_INFRARED_ZERO_SPACE_UNITS 1
 #define MOTORCADE_INFRARED_ONE_SPACE_UNITS 3
 
@@ -112,6 +116,9 @@ uint32_t motorcade_infrared_to_frame(uint32_t word);
 
 /* Return 1 where the number of ones in a frame is even, as in every good frame, else 0. */
 uint8_t motorcade_infrared_parity_is_even(uint32_t frame);
+
+/* Return 1 where the number of ones among 16 bits is odd, else 0. */
+uint8_t motorcade_infrared_is_odd(uint16_t half);
 
 /* Return the check, 0 to 31, that belongs to bits 31 to 6 of a frame. */
 uint8_t motorcade_infrared_check_of(uint32_t frame);
@@ -465,6 +472,8 @@ void motorcade_brain_draw_headings(uint32_t *s, uint32_t running_ms, const uint3
 /* A leader sends a new tagged word OPENING_FRAMES times within OPENING_MS. Then it repeats it as a follower would. */
 #define MOTORCADE_FRAMES_OPENING_FRAMES 3
 #define MOTORCADE_FRAMES_OPENING_MS 500
+/* In place of a frame: each has an even number of ones. */
+#define MOTORCADE_FRAMES_NO_FRAME 1
 /* What a follower did with a frame. */
 #define MOTORCADE_FRAMES_BEGUN 0
 #define MOTORCADE_FRAMES_IGNORED 1
@@ -489,17 +498,11 @@ void motorcade_frames_forget_frame(uint32_t *s, uint32_t now);
 /* Return 1 where the follower words of `image` travel with a tag, else 0. */
 uint8_t motorcade_frames_is_tagged(const struct motorcade_image *image);
 
-/* Return 1 where the leader begins a frame of its follower word `s[SLOT]` now, else 0.
+/* Return the frame of its follower word `s[SLOT]` that the leader begins now, or NO_FRAME.
  *
  * `air_is_busy` is 1 while the car senses a carrier; a leader of bare words ignores it.
  */
-uint8_t motorcade_frames_leader_sends(uint32_t *s, const struct motorcade_image *image, uint8_t air_is_busy, uint32_t now, const uint32_t *levels);
-
-/* Return the frame of the follower word that a leader is sending. */
-uint32_t motorcade_frames_leader_frame(uint32_t *s, const struct motorcade_image *image);
-
-/* Return the frame of the word that a follower passes on. */
-uint32_t motorcade_frames_follower_frame(uint32_t *s);
+uint32_t motorcade_frames_leader_frame(uint32_t *s, const struct motorcade_image *image, uint8_t air_is_busy, uint32_t now, const uint32_t *levels);
 
 /* Go on to the slot that `now` is in, where the first `count` follower words are sent in turn. */
 void motorcade_frames_enter_slot(uint32_t *s, const struct motorcade_image *image, uint8_t count, uint32_t now, const uint32_t *levels);
@@ -507,23 +510,23 @@ void motorcade_frames_enter_slot(uint32_t *s, const struct motorcade_image *imag
 /* Give the tagged word of the slot, which has begun, the next tag, and make its first frame due. */
 void motorcade_frames_open_next_slot(uint32_t *s, const struct motorcade_image *image);
 
-/* Return 1 where a leader of tagged words begins a frame of its present slot now, else 0.
+/* Return the frame of its present slot that a leader of tagged words begins now, or NO_FRAME.
  *
  * It sends a new word at once and twice more within OPENING_MS. Then it repeats the word as a follower does, but
  * counts no frames of others, because a leader receives none. Where the air is busy it sends as soon as the air is
  * free. So it comes before the followers, which wait for a random time.
  */
-uint8_t motorcade_frames_sends_in_slot(uint32_t *s, const struct motorcade_image *image, uint8_t air_is_busy, uint32_t now, const uint32_t *levels);
+uint32_t motorcade_frames_frame_in_slot(uint32_t *s, const struct motorcade_image *image, uint8_t air_is_busy, uint32_t now, const uint32_t *levels);
 
 /* Take a frame that ended now; call follower_step first. Return the result, BEGUN to REMOTE. */
 uint8_t motorcade_frames_follower_hears(uint32_t *s, uint32_t frame, uint32_t now, const uint32_t *levels);
 
-/* Return 1 where a follower that passes its word on begins a frame of `s[WORD]` now, else 0.
+/* Return the frame of `s[WORD]` that a follower which passes its word on begins now, or NO_FRAME.
  *
  * `air_is_busy` is 1 while the car senses a carrier or sends one itself. A tagged word is passed on as RFC 6206
  * (Trickle) describes: once in each interval, unless enough others nearby sent the same tag in it.
  */
-uint8_t motorcade_frames_follower_sends(uint32_t *s, uint8_t air_is_busy, uint32_t now, const uint32_t *levels);
+uint32_t motorcade_frames_follower_frame(uint32_t *s, uint8_t air_is_busy, uint32_t now, const uint32_t *levels);
 
 /* decisions */
 
@@ -548,7 +551,6 @@ uint8_t motorcade_frames_follower_sends(uint32_t *s, uint8_t air_is_busy, uint32
 #define MOTORCADE_DECISIONS_SIZE 21
 /* The highest bit of a word's upper half says whether it is a flow word. */
 #define MOTORCADE_DECISIONS_FLOW_AT 15
-#define MOTORCADE_DECISIONS_LOWER_HALF 65535U
 #define MOTORCADE_DECISIONS_MOST_FLOW_WORDS 16
 #define MOTORCADE_DECISIONS_MOST_CALLS 4
 /* What go_on did. */
@@ -607,8 +609,8 @@ uint32_t motorcade_decisions_least_slot_ms(const uint32_t *levels);
  */
 void motorcade_decisions_change_slot(uint32_t *s, uint8_t *d, const struct motorcade_image *image, uint32_t now, const uint32_t *levels);
 
-/* Return 1 where a leader that tells begins a frame of its follower word `s[SLOT]` now, else 0. */
-uint8_t motorcade_decisions_sends(uint32_t *s, uint8_t *d, const struct motorcade_image *image, uint8_t air_is_busy, uint32_t now, const uint32_t *levels);
+/* Return the frame of its follower word `s[SLOT]` that a leader that tells begins now, or NO_FRAME. */
+uint32_t motorcade_decisions_leader_frame(uint32_t *s, uint8_t *d, const struct motorcade_image *image, uint8_t air_is_busy, uint32_t now, const uint32_t *levels);
 
 /* Return 1 while a car whose sensors must be read again and again needs each tick, else 0. */
 uint8_t motorcade_decisions_watches(uint32_t *s, uint8_t *d);

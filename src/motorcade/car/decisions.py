@@ -37,7 +37,7 @@ from motorcade.car.brain import (
     draw,
     end_state,
 )
-from motorcade.car.frames import enter_slot, forget_frame, open_next_slot, sends_in_slot
+from motorcade.car.frames import NO_FRAME, enter_slot, forget_frame, frame_in_slot, open_next_slot
 from motorcade.words import uint8, uint16
 from motorcade.words.flow import (
     ADD,
@@ -60,7 +60,7 @@ from motorcade.words.flow import (
     TELL,
     VOICE,
 )
-from motorcade.words.infrared import NEWER_SLOTS
+from motorcade.words.infrared import LOWER_HALF, NEWER_SLOTS
 from motorcade.words.positions import (
     AVOID_ENABLE_AT,
     AVOID_RADIUS_AT,
@@ -102,7 +102,6 @@ SIZE = 21
 
 # The highest bit of a word's upper half says whether it is a flow word.
 FLOW_AT = 15
-LOWER_HALF = 0xFFFF
 MOST_FLOW_WORDS = 16
 MOST_CALLS = 4
 
@@ -369,14 +368,14 @@ def change_slot(s: list[int], d: bytearray, image: ImageWords, now: int, levels:
         enter_slot(s, image, d[TURNS], now, levels)
 
 
-def sends(
+def leader_frame(
     s: list[int], d: bytearray, image: ImageWords, air_is_busy: uint8, now: int, levels: tuple[int, ...]
-) -> uint8:
-    """Return 1 where a leader that tells begins a frame of its follower word ``s[SLOT]`` now, else 0."""
+) -> int:
+    """Return the frame of its follower word ``s[SLOT]`` that a leader that tells begins now, or NO_FRAME."""
     change_slot(s, d, image, now, levels)
     if d[IS_TELLING] == 0:
-        return 0
-    return sends_in_slot(s, image, air_is_busy, now, levels)
+        return NO_FRAME
+    return frame_in_slot(s, image, air_is_busy, now, levels)
 
 
 def watches(s: list[int], d: bytearray) -> uint8:

@@ -71,6 +71,9 @@ RESTING = 5  # sends no more in this interval
 OPENING_FRAMES = 3
 OPENING_MS = 500
 
+# In place of a frame: each has an even number of ones.
+NO_FRAME = 1
+
 # What a follower did with a frame.
 BEGUN = 0
 IGNORED = 1
@@ -127,47 +130,33 @@ def is_tagged(image: ImageWords) -> uint8:
     return 1 if image[0] & TAGGED else 0
 
 
-def leader_sends(s: list[int], image: ImageWords, air_is_busy: uint8, now: int, levels: tuple[int, ...]) -> uint8:
-    """Return 1 where the leader begins a frame of its follower word ``s[SLOT]`` now, else 0.
+def leader_frame(s: list[int], image: ImageWords, air_is_busy: uint8, now: int, levels: tuple[int, ...]) -> int:
+    """Return the frame of its follower word ``s[SLOT]`` that the leader begins now, or NO_FRAME.
 
     ``air_is_busy`` is 1 while the car senses a carrier; a leader of bare words ignores it.
     """
     header = image[0]
     follower_words = header >> 16 & 255
     if follower_words == 0:
-        return 0
+        return NO_FRAME
     if header & TAGGED:
         enter_slot(s, image, follower_words, now, levels)
-        return sends_in_slot(s, image, air_is_busy, now, levels)
+        return frame_in_slot(s, image, air_is_busy, now, levels)
     if reached(now, s[NEXT_FRAME_MS]) == 0 or reached(now, s[QUIET_MS]) == 0:
-        return 0
+        return NO_FRAME
     enter_slot(s, image, follower_words, now, levels)
-    s[QUIET_MS] = later_ms(now, frame_ms(leader_frame(s, image), levels) + levels[GAP_MS])
+    frame = to_frame(_slot_word(s, image))
+    s[QUIET_MS] = later_ms(now, frame_ms(frame, levels) + levels[GAP_MS])
     if s[RELAYED] == 0:
         s[NEXT_FRAME_MS] = s[QUIET_MS]
     while s[RELAYED] and reached(now, s[NEXT_FRAME_MS]):
         s[NEXT_FRAME_MS] = later_ms(s[NEXT_FRAME_MS], levels[RELAY_PERIOD_MS])
-    return 1
-
-
-def leader_frame(s: list[int], image: ImageWords) -> int:
-    """Return the frame of the follower word that a leader is sending."""
-    word = _slot_word(s, image)
-    if s[TAG]:
-        return tagged_frame(word, s[TAG])
-    return to_frame(word)
+    return frame
 
 
 def _slot_word(s: list[int], image: ImageWords) -> int:
     """Return the follower word of a leader's present slot."""
     return image[1 + (image[0] >> 24) + s[SLOT]]
-
-
-def follower_frame(s: list[int]) -> int:
-    """Return the frame of the word that a follower passes on."""
-    if s[TAG]:
-        return tagged_frame(s[WORD], s[TAG] & TAG_MASK)
-    return to_frame(s[WORD])
 
 
 def enter_slot(s: list[int], image: ImageWords, count: uint8, now: int, levels: tuple[int, ...]) -> None:
@@ -191,27 +180,28 @@ def open_next_slot(s: list[int], image: ImageWords) -> None:
     s[RELAY_MS] = s[SLOT_STARTED_MS]
 
 
-def sends_in_slot(s: list[int], image: ImageWords, air_is_busy: uint8, now: int, levels: tuple[int, ...]) -> uint8:
-    """Return 1 where a leader of tagged words begins a frame of its present slot now, else 0.
+def frame_in_slot(s: list[int], image: ImageWords, air_is_busy: uint8, now: int, levels: tuple[int, ...]) -> int:
+    """Return the frame of its present slot that a leader of tagged words begins now, or NO_FRAME.
 
     It sends a new word at once and twice more within OPENING_MS. Then it repeats the word as a follower does, but
     counts no frames of others, because a leader receives none. Where the air is busy it sends as soon as the air is
     free. So it comes before the followers, which wait for a random time.
     """
     if reached(now, s[QUIET_MS]) == 0:
-        return 0
+        return NO_FRAME
     if _is_time_to_send(s, now, levels) == 0:
-        return 0
+        return NO_FRAME
     begins = 1 if s[INTERVAL] == 0 and s[SENT] == 0 and s[RELAY] == LISTENING else 0
     if begins == 0 or air_is_busy:
         begins = _finds_air_free(s, air_is_busy, 1, now, levels)
     if begins == 0:
-        return 0
-    s[QUIET_MS] = later_ms(now, frame_ms(leader_frame(s, image), levels) + levels[GAP_MS])
+        return NO_FRAME
+    frame = tagged_frame(_slot_word(s, image), s[TAG])
+    s[QUIET_MS] = later_ms(now, frame_ms(frame, levels) + levels[GAP_MS])
     s[RELAY] = RESTING
     if s[INTERVAL] == 0:
         _go_on_opening(s, levels)
-    return 1
+    return frame
 
 
 def _go_on_opening(s: list[int], levels: tuple[int, ...]) -> None:
@@ -298,27 +288,29 @@ def _replace(s: list[int], word: int, now: int, levels: tuple[int, ...]) -> None
     begin_word(s, word, now)
 
 
-def follower_sends(s: list[int], air_is_busy: uint8, now: int, levels: tuple[int, ...]) -> uint8:
-    """Return 1 where a follower that passes its word on begins a frame of ``s[WORD]`` now, else 0.
+def follower_frame(s: list[int], air_is_busy: uint8, now: int, levels: tuple[int, ...]) -> int:
+    """Return the frame of ``s[WORD]`` that a follower which passes its word on begins now, or NO_FRAME.
 
     ``air_is_busy`` is 1 while the car senses a carrier or sends one itself. A tagged word is passed on as RFC 6206
     (Trickle) describes: once in each interval, unless enough others nearby sent the same tag in it.
     """
     if s[HOLDS] == 0 or s[WORD] >> FORWARD_AT & 1 == 0:
         s[RELAY] = BUSY
-        return 0
+        return NO_FRAME
     if s[TAG] == 0:
-        return _finds_air_free(s, air_is_busy, levels[RELAY_PERIOD_MS], now, levels)
+        if _finds_air_free(s, air_is_busy, levels[RELAY_PERIOD_MS], now, levels):
+            return to_frame(s[WORD])
+        return NO_FRAME
     if s[INTERVAL] == 0 or _is_time_to_send(s, now, levels) == 0:
-        return 0
+        return NO_FRAME
     if s[SAME_TAG] >= levels[REDUNDANCY]:
         s[RELAY] = RESTING
-        return 0
+        return NO_FRAME
     # While the air is busy, many cars wait, and most of them need not send: enough others do. So waits are long.
     if _finds_air_free(s, air_is_busy, s[INTERVAL] * 2, now, levels) == 0:
-        return 0
+        return NO_FRAME
     s[RELAY] = RESTING
-    return 1
+    return tagged_frame(s[WORD], s[TAG] & TAG_MASK)
 
 
 def _is_time_to_send(s: list[int], now: int, levels: tuple[int, ...]) -> uint8:

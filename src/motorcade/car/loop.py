@@ -72,7 +72,7 @@ class Car:
     On a slow chip (``board.words_a_tick`` below 511) a tick does either one piece of the work that uploads make, or all
     else; where there is much of that work, each second tick is for all else. An image begins some ticks later there.
     It is stored while the wheels stand and nothing is on the air: a leader stops for it, and a follower waits up to
-    0.5 s for such a moment before it stops.
+    0.5 s for such a moment before it stops. The frames of a leader that decides begin in the tick after its words.
     """
 
     def __init__(self, board: Board) -> None:
@@ -110,6 +110,8 @@ class Car:
         self._is_sending = False
         self._now_ms = 0
         self._wake_ms = 0
+        # Whether the brain has acted, and the frame that is due is to begin.
+        self._sends_next = False
         self._frames: list[int] | tuple[int, ...] = ()
         self._voice = brain.NO_VOICE
 
@@ -134,8 +136,15 @@ class Car:
             self._is_sending = board.is_sending()
         if self._is_stopped:
             return
-        if self._frames or self._voice != brain.NO_VOICE or reached(now, self._wake_ms):
-            step.step(self, now)
+        hears = self._frames or self._voice != brain.NO_VOICE
+        if hears or (not self._sends_next and reached(now, self._wake_ms)):
+            step.act(self, now)
+            self._sends_next = True
+            if self._is_slow and self.leads and decisions.decides(self.decisions):
+                return
+        if self._sends_next:
+            self._sends_next = False
+            step.send(self, now)
             self._wake_ms = later_ms(now, self._rest_ms(now))
 
     def _rest_ms(self, now: int) -> int:

@@ -185,19 +185,16 @@ def _follow(car: "Turn", now: int) -> None:
 
 def send(car: "Turn", now: int) -> uint8:
     """Begin the frame that is due, if one is; call it after ``act``. Return 1 where a frame was begun, else 0."""
-    s = car.memory
-    if car.leads:
-        if _leader_sends(car, now) == 0:
-            return 0
-        car.send_frame(frames.leader_frame(s, car.image))
-    else:
-        if frames.follower_sends(s, car.air_is_busy(), now, car.levels) == 0:
-            return 0
-        car.send_frame(frames.follower_frame(s))
+    frame = _frame(car, now)
+    if frame == frames.NO_FRAME:
+        return 0
+    car.send_frame(frame)
     return 1
 
 
-def _leader_sends(car: "Turn", now: int) -> uint8:
-    if car.decisions[decisions.TELLS]:
-        return decisions.sends(car.memory, car.decisions, car.image, car.air_is_busy(), now, car.levels)
-    return frames.leader_sends(car.memory, car.image, car.air_is_busy(), now, car.levels)
+def _frame(car: "Turn", now: int) -> int:
+    if car.leads:
+        if car.decisions[decisions.TELLS]:
+            return decisions.leader_frame(car.memory, car.decisions, car.image, car.air_is_busy(), now, car.levels)
+        return frames.leader_frame(car.memory, car.image, car.air_is_busy(), now, car.levels)
+    return frames.follower_frame(car.memory, car.air_is_busy(), now, car.levels)

@@ -195,8 +195,8 @@ def last_word(image: bytes, profile: Profile, duration_ms: int, tick_ms: int) ->
     now_ms = 0
     last = None
     while now_ms < duration_ms:
-        if frames.leader_sends(memory, words, 0, now_ms, levels):
-            frame = frames.leader_frame(memory, words)
+        frame = frames.leader_frame(memory, words, 0, now_ms, levels)
+        if frame != frames.NO_FRAME:
             if now_ms + frames.frame_ms(frame, levels) > duration_ms:
                 break
             last = word_of(frame)

@@ -8,6 +8,7 @@ programs of the notes, and makes mistakes.json.
 import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from functools import cache, reduce
 from importlib import resources
 from itertools import chain
@@ -118,6 +119,15 @@ def check_image(mission: Mission, image: bytes, look: Look | None = None) -> Res
     return _check(mission, image, image_steps(mission, image), open_worlds_here, look)
 
 
+def image_steps(mission: Mission, image: bytes) -> GoalResult | None:
+    """The result for the kinds of steps that an image's words may come from; None where no steps say them."""
+    allowed = set(mission.document.get("steps") or ())
+    known = {kind for kind, others in _SAME_WORDS.items() if others & allowed}
+    with suppress(DecompileError):
+        return program_steps(mission, decompile(bytes_to_words(image)), known)
+    return None
+
+
 def check_program(
     mission: Mission, program: Program, open_worlds: OpenWorlds = open_worlds_here, look: Look | None = None
 ) -> Result:
@@ -214,30 +224,13 @@ def own_stars(mission: Mission, trials: Sequence[Trial]) -> list[int]:
     return stars if 1 in stars else []
 
 
-def program_steps(mission: Mission, program: Program) -> GoalResult | None:
-    """The result for the kinds of steps that a program uses; None where the mission allows all."""
-    return _steps_result(mission, _kinds_of(program))
-
-
-def image_steps(mission: Mission, image: bytes) -> GoalResult | None:
-    """The result for the kinds of steps that an image's words may come from; None where no steps say them."""
-    allowed = set(mission.document.get("steps") or ())
-    try:
-        kinds = _kinds_of(decompile(bytes_to_words(image)))
-    except DecompileError:
-        return None
-    return _steps_result(mission, {kind for kind in kinds if not _SAME_WORDS.get(kind, set()) & allowed})
-
-
-def _kinds_of(program: Program) -> set[str]:
-    return {beside.kind for _, step in placed_steps(program) for beside in (step, *reactions_of(step))}
-
-
-def _steps_result(mission: Mission, used: set[str]) -> GoalResult | None:
+def program_steps(mission: Mission, program: Program, known: Iterable[str] = ()) -> GoalResult | None:
+    """The result for the kinds of steps that a program uses, but for those ``known``; None where all are allowed."""
     allowed = mission.document.get("steps")
     if allowed is None:
         return None
-    others = sorted(used - set(allowed))
+    used = {beside.kind for _, step in placed_steps(program) for beside in (step, *reactions_of(step))}
+    others = sorted(used.difference(allowed, known))
     if others:
         why = Phrase("goal-steps-not-allowed", used=_listed(others), allowed=_listed(allowed))
     else:

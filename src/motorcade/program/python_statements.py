@@ -62,7 +62,7 @@ class StatementReader(CallReader):
         if not is_plain or (name == LEADER and arguments.args):
             self._refuse("python-parameters", statement, name=name)
         for argument in arguments.args:
-            if _is_bound(argument.arg, statement.body):
+            if argument.arg in _names_in(statement.body, ast.Store):
                 self._refuse("python-name-is-bound", statement, name=argument.arg)
         self.definitions[name] = statement
 
@@ -308,9 +308,8 @@ class StatementReader(CallReader):
     def _for(self, statement: ast.For, path: str, steps: list[Any], around: Node, depth: int) -> None:
         """Read a loop: a repeat, or its turns one by one where its variable is used."""
         name = statement.target.id if isinstance(statement.target, ast.Name) else ""
-        read = [node for part in statement.body for node in ast.walk(part) if isinstance(node, ast.Name)]
-        is_used = any(node.id == name and isinstance(node.ctx, ast.Load) for node in read)
-        if name in self._counters or (is_used and _is_bound(name, statement.body)):
+        is_used = name in _names_in(statement.body, ast.Load)
+        if name in self._counters or (is_used and name in _names_in(statement.body, ast.Store)):
             self._refuse("python-name-is-bound", statement, name=name)
             return
         match statement.iter:
@@ -375,10 +374,10 @@ class StatementReader(CallReader):
                 self._refuse("python-counter-begins", statement, [edit], name=name)
 
 
-def _is_bound(name: str, body: Iterable[ast.stmt]) -> bool:
-    """Whether statements give a name a value, as a loop's variable too."""
-    nodes = (node for part in body for node in ast.walk(part) if isinstance(node, ast.Name))
-    return any(node.id == name and isinstance(node.ctx, ast.Store) for node in nodes)
+def _names_in(body: Iterable[ast.stmt], used: type[ast.expr_context]) -> set[str]:
+    """Return the names that statements read (Load), or give a value (Store)."""
+    nodes = (node for part in body for node in ast.walk(part))
+    return {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, used)}
 
 
 def _done_in(document: Any) -> Iterator[str]:

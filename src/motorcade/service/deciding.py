@@ -21,6 +21,7 @@ from motorcade.service.world_messages import Decided
 from motorcade.words.flow import ALWAYS, CALL, CHANCE, CONDITIONS, COUNTER, DECIDES
 from motorcade.words.formats import CONTROL, FLOW
 from motorcade.words.formats import STATE as STATE_WORD
+from motorcade.words.infrared import LOWER_HALF
 from motorcade.words.packing import bytes_to_words
 
 # So many leaders at most are looked at: each has conditions that are asked again and again.
@@ -106,7 +107,7 @@ class Deciding:
         for asked in set(self._asked.values()):
             word = FLOW.encode(counter=asked.counter, value=asked.value)
             met[asked] = decisions.is_met(
-                memory, remembered, asked.condition, asked.level, word & decisions.LOWER_HALF, sensed, self._levels
+                memory, remembered, asked.condition, asked.level, word & LOWER_HALF, sensed, self._levels
             )
         return [index for index, asked in self._asked.items() if met[asked]]
 

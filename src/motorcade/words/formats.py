@@ -13,7 +13,6 @@ from motorcade.devices import DEVICES
 from motorcade.errors import MotorcadeError
 from motorcade.words.field import WORD_MASK, Field, WordError, WordFormat
 from motorcade.words.flow import CONDITIONS, OPS, UNTIL_CONDITIONS
-from motorcade.words.infrared import CHECK_MASKS
 
 HEADER = WordFormat(
     "header",
@@ -123,6 +122,8 @@ LIGHTS = WordFormat(
     ),
 )
 
+# The bits that each bit of the check covers, most significant first.
+_CHECK_MASKS = (0x001FFFC0, 0x0FE03FC0, 0x71E3C3C0, 0xB66CCCC0, 0xDAB55540)
 # A control word as it is on the air. A wrong check or parity decodes with a warning; followers drop such a frame.
 FRAME = WordFormat(
     "frame",
@@ -136,7 +137,7 @@ FRAME = WordFormat(
             "computed from bits 31 to 6; 0 in a bare word",
             "tagged words",
             needs="tag",
-            parity_masks=CHECK_MASKS,
+            parity_masks=_CHECK_MASKS,
         ),
         Field("parity", 0, 0, "computed: makes the number of ones even", "seed 000, c9", parity_masks=(WORD_MASK - 1,)),
     ),

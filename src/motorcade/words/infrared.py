@@ -15,7 +15,7 @@ frame does, since its bits 10 to 1 are 0. Of tagged frames a leader passes over 
 tags with which one would, so a car may refuse all such frames.
 """
 
-from motorcade.words import uint8
+from motorcade.words import uint8, uint16
 
 # For the type checker alone: MicroPython has no such module.
 MYPY = False
@@ -27,6 +27,10 @@ TAGS = 31
 NEWER_SLOTS = 15
 # Bits 31 to 11: the word of a frame, without tag, check and parity.
 ACTION_BITS = 0xFFFFF800
+# An integer from 2^30 up is an object for MicroPython: bits are looked at in halves.
+LOWER_HALF = 0xFFFF
+# Bit n is 1 where n, 0 to 15, has an odd number of ones.
+ODD = 0x6996
 
 # In FrameReceiver: no header came.
 _NO_FRAME = -1
@@ -41,54 +45,51 @@ _FIXED_UNITS = HEADER_MARK_UNITS + HEADER_SPACE_UNITS + 32 * (1 + ZERO_SPACE_UNI
 
 def ones(word: int) -> uint8:
     """Return how many of the 32 bits are set."""
-    word = word - (word >> 1 & 0x55555555)
-    word = (word & 0x33333333) + (word >> 2 & 0x33333333)
-    word = (word + (word >> 4)) & 0x0F0F0F0F
-    word = word + (word >> 8)
-    return (word + (word >> 16)) & 63
+    upper: uint16 = word >> 16
+    lower: uint16 = word & LOWER_HALF
+    upper = upper - (upper >> 1 & 0x5555)
+    lower = lower - (lower >> 1 & 0x5555)
+    fours: uint16 = (upper & 0x3333) + (upper >> 2 & 0x3333) + (lower & 0x3333) + (lower >> 2 & 0x3333)
+    eights: uint16 = (fours & 0x0F0F) + (fours >> 4 & 0x0F0F)
+    return (eights + (eights >> 8)) & 63
 
 
 def to_frame(word: int) -> int:
     """Return the frame of ``word``: bit 0 makes the number of ones even (seed 000, c9)."""
     word = word & 0xFFFFFFFE
-    return word | (ones(word) & 1)
+    return word | is_odd(word >> 16 ^ word & LOWER_HALF)
 
 
 def parity_is_even(frame: int) -> uint8:
     """Return 1 where the number of ones in a frame is even, as in every good frame, else 0."""
-    return 1 - (ones(frame) & 1)
+    return 1 - is_odd(frame >> 16 ^ frame & LOWER_HALF)
 
 
-def _mask(check_bit: int) -> int:
-    """Return which of the bits 31 to 6 a check bit covers.
-
-    The 26 bits are numbered, from bit 31 down, by the integers from 3 to 31 that are no
-    powers of two. Check bit k covers those bits whose number has bit k set.
-    """
-    mask = 0
-    number = 2
-    for bit in range(31, 5, -1):
-        number = number + 1
-        if number & (number - 1) == 0:
-            number = number + 1
-        mask = mask | (number >> check_bit & 1) << bit
-    return mask
-
-
-_CHECK_0 = _mask(0)
-_CHECK_1 = _mask(1)
-_CHECK_2 = _mask(2)
-_CHECK_3 = _mask(3)
-_CHECK_4 = _mask(4)
-# The bits that each bit of the check covers, most significant first.
-CHECK_MASKS = (_CHECK_4, _CHECK_3, _CHECK_2, _CHECK_1, _CHECK_0)
+def is_odd(half: uint16) -> uint8:
+    """Return 1 where the number of ones among 16 bits is odd, else 0."""
+    half = half ^ half >> 8
+    return ODD >> ((half ^ half >> 4) & 15) & 1
 
 
 def check_of(frame: int) -> uint8:
     """Return the check, 0 to 31, that belongs to bits 31 to 6 of a frame."""
-    low = (ones(frame & _CHECK_1) & 1) << 1 | (ones(frame & _CHECK_0) & 1)
-    high = (ones(frame & _CHECK_3) & 1) << 1 | (ones(frame & _CHECK_2) & 1)
-    return (ones(frame & _CHECK_4) & 1) << 4 | high << 2 | low
+    return _check(frame >> 16, frame & LOWER_HALF)
+
+
+def _check(upper: uint16, lower: uint16) -> uint8:
+    """Return the check of a frame that is given as its halves.
+
+    The bits are numbered, from bit 31 down, by the integers from 3 to 31 that are no powers of two: bits 20 to 6 count
+    to 31, bits 27 to 21 to 15, bits 30 to 28 to 7, and bit 31 is number 3. Bit k of the check is 1 where an odd number
+    of those bits are 1 whose number has bit k set. Once bit k is known, numbers that differ in bit k alone are added.
+    """
+    to_31: uint16 = (upper & 31) << 10 | lower >> 6
+    with_8: uint16 = to_31 & 255 ^ upper >> 5 & 127
+    eights: uint16 = to_31 >> 8 ^ with_8
+    with_4: uint16 = eights & 15 ^ upper >> 12 & 7
+    fours: uint16 = eights >> 4 ^ with_4 ^ upper >> 15
+    high: uint8 = is_odd(to_31) << 2 | is_odd(with_8) << 1 | ODD >> with_4 & 1
+    return high << 2 | (ODD >> (fours & 3) & 1) << 1 | ODD >> (fours & 5) & 1
 
 
 def tag_of(frame: int) -> uint8:
@@ -108,8 +109,10 @@ def check_is_good(frame: int) -> uint8:
 
 def tagged_frame(word: int, tag: uint8) -> int:
     """Return the frame of ``word``, of which bits 31 to 11 count, with ``tag``, 1 to 31."""
-    frame = (word & ACTION_BITS) | tag << 6
-    return to_frame(frame | check_of(frame) << 1)
+    upper: uint16 = word >> 16
+    lower: uint16 = word & 0xF800 | tag << 6
+    lower = lower | _check(upper, lower) << 1
+    return upper << 16 | lower | is_odd(upper ^ lower)
 
 
 def is_remote_control(frame: int) -> uint8:
