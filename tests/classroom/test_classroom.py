@@ -141,6 +141,15 @@ def test_missions_are_handed_out_to_some_to_all_and_to_who_comes_later():
     refused("too-many-handed-out", room.hand_out_mission, [], MissionChoice("x"), "x")
 
 
+def test_a_mission_that_is_handed_out_before_anybody_comes_has_to_be_stored():
+    room = a_class()
+    before = room.revision
+    assert room.hand_out_mission(None, MissionChoice("first-drive"), "First drive") == 0
+    assert room.revision > before
+    again = Classroom(from_bytes(room.to_store(), "a file"), Random(1).randrange)
+    assert again.handed_mission(again.join("Mia", BUS, "d", "a", 0.0).mission) == MissionChoice("first-drive")
+
+
 def test_the_teacher_is_signed_in_until_the_evening_and_no_longer_with_a_new_password():
     room = a_class()
     room.sign_in("browser", 100.0)

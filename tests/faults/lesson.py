@@ -242,6 +242,9 @@ class Lesson(ClassComputer):
         record = json.loads(data)
         names = [(each["id"], each["name"], each["number"]) for each in record["pupils"]]
         self.world.keep("answered-stays", names == [(each.id, each.name, each.number) for each in self.pupils], names)
+        handed_out = (len(record["missions"]), record["handed"])
+        known_missions = (len(self.missions), self.handed)
+        self.world.keep("answered-stays", handed_out == known_missions, f"missions: {handed_out}, not {known_missions}")
         kept = (record["title"], record["is_open"], record["stuck_minutes"], record["code"])
         known = (self.title, self.is_open, self.stuck_minutes, self.code)
         self.world.keep("answered-stays", kept == known, f"{kept} in place of {known}")

@@ -41,6 +41,7 @@ PROMISES = (
     ("track:limits",),
     ("track:as-asked", "track:says-why", "track:shows-what-is"),
     ("track:logged",),
+    ("track:floods",),
     (
         *("fleet:image-whole", "fleet:verified", "fleet:says-what-it-holds", "lesson:image-whole"),
         "lesson:verified",

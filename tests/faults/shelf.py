@@ -56,6 +56,7 @@ class Shelf:
         self.cars: list[ShelfCar] = []
         self.drive_cars: list[ShelfDriveCar] = []
         self.loop = SimulatedLoop(self.people, self.network)
+        self.finder: Finder | None = None
         # Serial devices that are plugged in.
         self.plugged: list[str] = []
         self._hosts = 0
@@ -88,10 +89,12 @@ class Shelf:
     async def fleet(self, places: Sequence[Place] = (), within_s: float = 6.0) -> AsyncIterator[Cars]:
         """Look for cars while the block runs; it begins when all that there is has been asked."""
         with multicast_of(multicast(self.announced, self.random)):
-            async with Cars(places) as fleet, Finder(fleet).looking():
-                await asyncio.sleep(2.2 if self.announced else 0.0)
-                await fleet.known(within_s)
-                yield fleet
+            async with Cars(places) as fleet:
+                self.finder = Finder(fleet)
+                async with self.finder.looking():
+                    await asyncio.sleep(2.2 if self.announced else 0.0)
+                    await fleet.known(within_s)
+                    yield fleet
         for car in [*self.cars, *self.drive_cars]:
             if car.process and not car.process.is_dead:
                 car.end()

@@ -41,9 +41,12 @@ async def table(run: "Shelf") -> None:
     run.announce(driven, run.random.choice((DRIVE, CLASS, CAR)))
     # Its telemetry isn't at the next port.
     other = run.drive_car(telemetry=6006)
+    run.announced.append(("a class.", "10.5.0.1", 7710, CLASS))
     async with run.fleet([listed(cars[0])]) as fleet:
-        fleet.add(network_place(other.host, other.port, "", DRIVE, other.telemetry)._replace(found=True))
-        await asyncio.sleep(2.0)
+        # Somebody announces it otherwise, and first.
+        for kind, telemetry in ((CAR, 0), (DRIVE, 0), (DRIVE, other.telemetry)):
+            fleet.add(network_place(other.host, other.port, "", kind, telemetry)._replace(found=True))
+        await asyncio.sleep(6.0)
         for car in cars:
             _compare(run, fleet, car)
         for server in (driven, other):
@@ -52,6 +55,9 @@ async def table(run: "Shelf") -> None:
             run.keep("found", known == ("drive", "ready", server.mv, False), f"a drive server is shown as {shown}")
         run.keep("found", len(fleet.statuses()) == len(cars) + 2, f"{fleet.statuses()}")
         run.keep("found", fleet.problem is None, "the list isn't whole, though all were asked")
+        assert run.finder
+        others = [place.address for place in run.finder.others.values() if place.host == "10.5.0.1"]
+        run.keep("found", others == ["10.5.0.1:7710"], f"of a class the list has {others}")
         names = [status.name for status in fleet.statuses()]
         run.keep("found", names == sorted(names), f"the table has {names} in this order")
         lost = run.random.choice(cars)
@@ -274,6 +280,8 @@ def _behind(number: str) -> int:
 
 async def forget(run: "Shelf") -> None:
     """What somebody named stays, whatever is withdrawn; what is named and found is one car."""
+    from tests.faults.shelf import MOST_NAMED
+
     car, found = run.car(), run.car()
     run.announce(car, CAR)
     run.announce(found, CAR)
@@ -286,8 +294,10 @@ async def forget(run: "Shelf") -> None:
         (kept,) = fleet.named(["mine"])
         run.keep("found", kept.place.address == car.where, "a car that somebody named is forgotten")
         # So many places, and no more, may be named.
-        for number in range(9):
+        for number in range(MOST_NAMED - 1):
             fleet.add(network_place("10.7.0.1", 3000 + number))
+        run.keep("found", fleet.problem is None, "the list isn't whole, though all that was named is in it")
+        fleet.add(network_place("10.7.0.1", 2999))
         run.keep("found", fleet.problem is not None, "the list is said to be whole, though some were left out")
 
 

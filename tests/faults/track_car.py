@@ -46,7 +46,7 @@ class TrackBoard(DriveBoard):
     Attributes:
         applied: each setpoint, and when it came.
         switched: each switch, whether it is on, and when that came.
-        fails: how many of the next calls fail, besides those of a program.
+        fails, switch_fails: how many of the next calls for wheels, and for switches, fail.
     """
 
     def __init__(self, room: World, has_program: bool, switches: tuple[str, ...]) -> None:
@@ -59,7 +59,8 @@ class TrackBoard(DriveBoard):
         self.is_on = dict.fromkeys(switches, False)
         self.voltage_mv: int | None = None
         self.distance_mm: int | None = None
-        self.fails = 0
+        self.fails = self.switch_fails = 0
+        self.battery_fails = False
         self.runs = self.is_closed = self.is_broken = False
 
     @property
@@ -84,12 +85,17 @@ class TrackBoard(DriveBoard):
         self._room.note("neutral")
 
     def battery_mv(self) -> int | None:
+        if self.battery_fails:
+            raise OSError("no voltage")
         return self.voltage_mv
 
     def obstacle_mm(self) -> int | None:
         return self.distance_mm
 
     def set_switch(self, name: str, is_on: bool) -> None:
+        if self.switch_fails:
+            self.switch_fails -= 1
+            raise OSError("the lamp gives no answer")
         self.is_on[name] = is_on
         self.switched.append((name, is_on, self._room.now_s))
         self._room.note("switch", name, is_on)

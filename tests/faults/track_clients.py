@@ -2,10 +2,14 @@
 
 import asyncio
 import struct
+from collections import Counter
 from contextlib import suppress
+from typing import Any
 
+from tests.faults.loop import SimulatedLoop
 from tests.faults.network import Socket
-from tests.faults.track_car import COMMANDS, FAILSAFE_S, Track
+from tests.faults.track_car import COMMANDS, FAILSAFE_S, TELEMETRY, Track
+from tests.faults.world import Process
 
 from motorcade.drive.client import DriveClient
 from motorcade.errors import DriveError
@@ -44,7 +48,13 @@ async def renew(run: Track) -> None:
             # A person releases the stick after the connection has begun.
             await _hold(run, client, 0.0, 0.3)
         await _hold(run, client, 0.5, 1.5)
-        run.keep("drives-again", board.speed > 0, "a client can't drive")
+        run.keep("drives-again", board.setpoint == (72, 1, 128), f"a client drives by {board.setpoint}")
+        await _hold(run, client, -0.25, 0.2)
+        run.keep("sent", board.setpoint == (72, 0, 64), f"a client that drives back drives by {board.setpoint}")
+        # Answers that come one after the other are each for its request.
+        has_wheel, _ = await asyncio.gather(client.request(), client.clear())
+        run.keep("as-asked", has_wheel, "the driver is told that another one has the wheel")
+        await _hold(run, client, 0.5, 0.2)
         first = next(at_s for at_s, code, speed in heard.words if speed and code == 1)
         still = [at_s for at_s, _, speed in heard.words if not speed and at_s < first - 0.04]
         run.keep("armed", bool(still), "a client sends a speed before speed 0")
@@ -120,4 +130,64 @@ async def hear_nothing(run: Track) -> None:
         await client.end()
 
 
-ACTS = (renew, hear_nothing)
+class _Flooding(asyncio.Protocol):
+    """A drive server that floods, at one of its ports."""
+
+    def __init__(self, kind: str, port: int, counts: Counter[int]) -> None:
+        self._kind, self._port, self._counts = kind, port, counts
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        self._transport: Any = transport
+        self._counts[self._port] += 1
+        if self._port == TELEMETRY:
+            self._send(_FRAME)
+        self._flood()
+
+    def _send(self, data: bytes) -> None:
+        self._transport.write(data)
+
+    def _flood(self) -> None:
+        if self._transport.is_closing():
+            return
+        if self._port == COMMANDS and self._kind == "commands":
+            self._send(b"x" * 8000)
+        elif self._port == TELEMETRY:
+            floods = {"frames": 30 * _FRAME, "long": struct.pack(">I", 1 << 30), "text": _framed(b"[1]")}
+            self._send(floods.get(self._kind, _FRAME))
+        asyncio.get_running_loop().call_later(0.1, self._flood)
+
+
+def _framed(text: bytes) -> bytes:
+    return struct.pack(">I", len(text)) + text
+
+
+_FRAME = _framed(b'{"kind": "telemetry", "state": "ready", "you": {}}')
+
+
+async def flood(run: Track) -> None:
+    """A drive server that sends too much, or nonsense, is hung up; one that doesn't stays connected."""
+    kind = run.random.choice(("frames", "commands", "long", "text", "calm"))
+    process, counts = Process(run.world, "car", 0.001), Counter[int]()
+    loop = SimulatedLoop(process, run.network)
+
+    async def serve(port: int) -> None:
+        listening: Any = run.network.listen(process, "car", port)
+        while True:
+            line, _ = await loop.sock_accept(listening)
+            await loop.connect_accepted_socket(lambda: _Flooding(kind, port, counts), line)
+
+    async def serve_both() -> None:
+        await asyncio.gather(serve(COMMANDS), serve(TELEMETRY))
+
+    loop.run(serve_both)
+    await asyncio.sleep(0.2)
+    client = DriveClient("car", COMMANDS)
+    client.begin()
+    await asyncio.sleep(6.0)
+    is_kept = counts[TELEMETRY] == 1
+    run.keep("floods", is_kept == (kind == "calm"), f"a drive server of {kind} is called {counts[TELEMETRY]} times")
+    await client.end()
+    process.end()
+
+
+ACTS = (renew, hear_nothing, flood)

@@ -235,6 +235,12 @@ async def believe(run: Track) -> None:
         run.keep("believed", board.setpoint == setpoint, "a first command that nothing follows does nothing")
         alone.close()
         await asyncio.sleep(0.1)
+        gone = await run.client().call(COMMANDS)
+        gone.send(move(setpoint))
+        await gone.arrive()
+        gone.close()
+        await asyncio.sleep(2 * _BELIEVED_S)
+        run.keep("believed", board.speed == 0, "one word of a stranger who has left moves the car")
         for words in ((1 << 29, 0), (MOVE | 181 << 20 | 9 << 11,), (3 << 28,), (SWITCH | 1 << 20,)):
             await _send_rubbish(run, (move(setpoint), *words) if run.random.random() < 0.5 else words)
         stamped = await run.client().call(COMMANDS)

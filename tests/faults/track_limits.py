@@ -2,7 +2,7 @@
 
 import asyncio
 
-from tests.faults.track_car import FAILSAFE_S, NEUTRAL, WATCHDOG_S, Track, TrackClient, move
+from tests.faults.track_car import FAILSAFE_S, HORN, NEUTRAL, SWITCH, WATCHDOG_S, Track, TrackClient, move
 
 _LIMITS_S, _BEAT_S, _READINGS_S = 0.04, 0.07, 3.3
 _NEAR_MM, _LOW_MV, _CHARGED_MV = 300, 6600, 7400
@@ -37,6 +37,11 @@ async def fail(run: Track) -> None:
         await asyncio.sleep(_BEAT_S)
         run.keep("stands-in-time", board.speed == 0, "a stop that the hardware refused isn't made again")
         await _drive_again(run, driver)
+        driver.send(SWITCH | HORN)
+        await driver.arrive()
+        board.switch_fails = run.random.randint(1, 3)
+        await run.drive_on(driver, FAILSAFE_S + 4 * _BEAT_S)
+        run.keep("horn-ends", not board.is_on["horn"], "a horn that the hardware didn't end sounds on")
 
 
 async def _drive_again(run: Track, driver: TrackClient) -> None:
@@ -106,9 +111,11 @@ async def battery(run: Track) -> None:
         await run.drive_on(driver, 1.2)
         run.keep("shows-what-is", driver.told["battery_mv"] == 8000, driver.told["battery_mv"])
         board.voltage_mv = _LOW_MV - 1
+        board.battery_fails = run.random.random() < 0.5
         await run.drive_on(driver, 1.2)
         run.keep("limits", board.speed > 0, "one low reading stops the car")
         await run.drive_on(driver, _READINGS_S)
+        board.battery_fails = False
         await driver.settle()
         shown = board.speed, driver.told["state"], driver.you["discharged"] > 0
         run.keep("limits", shown == (0, "discharged", True), f"with a low battery: {shown}")

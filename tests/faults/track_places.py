@@ -117,6 +117,19 @@ async def join(run: Track) -> None:
         run.keep("own-session", codes == ["no-such-connection"], f"who names another's port is told {thief.answers}")
         run.keep("own-session", thief.you.get("name") != driver.name, f"who names another's port is {thief.you}")
         run.keep("own-session", driver.you["drives"], "a channel loses its connection to another client's")
+        asked = [answer["do"] for answer in thief.answers]
+        run.keep("as-asked", asked == ["join", "release", "resume", "sync"], f"answers come to {asked}")
+        thief.close()
+        # Who watched before has one place, not two.
+        late = await run.client().call(TELEMETRY)
+        await asyncio.sleep(_JOIN_S)
+        run.keep("places", late.told["watchers"] == 1, f"{late.told['watchers']} watch beside the driver")
+        await late.call(COMMANDS)
+        late.post("join", port=late.port)
+        late.send(move(NEUTRAL), move(NEUTRAL))
+        await late.settle()
+        run.keep("places", late.told["watchers"] <= 1, f"{late.told['watchers']} watch, though two are connected")
+        late.close()
         # Behind a proxy nobody knows the port; the only connection that has no channel is meant.
         plain = run.client()
         await plain.call(COMMANDS)
@@ -197,6 +210,9 @@ async def read_nothing(run: Track) -> None:
         lazy = await run.client("10.0.203.1").call(TELEMETRY)
         transport = lazy._writers[TELEMETRY].transport
         transport.pause_reading()  # type: ignore[attr-defined]
+        slow = await run.client().call(TELEMETRY)
+        await slow.settle()
+        slow._writers[TELEMETRY].transport.pause_reading()  # type: ignore[attr-defined]
         text = json.dumps({"do": "release"}).encode()
         for _ in range(400):
             with_size = struct.pack(">I", len(text)) + text
@@ -209,6 +225,11 @@ async def read_nothing(run: Track) -> None:
         begin_s = run.world.now_s
         last = await run.drive_on(driver, 0.3)
         run.keep("one-driver", run.board.setpoint == last, "who reads nothing keeps the driver from driving")
+        await asyncio.sleep(6.0)
+        slow._writers[TELEMETRY].transport.resume_reading()  # type: ignore[attr-defined]
+        await asyncio.sleep(1.0)
+        run.keep("shows-what-is", not slow.is_hung_up, "who reads nothing for a while is hung up")
+        run.keep("shows-what-is", slow.told["driver"] == driver.told["driver"], "who reads again gets old telemetry")
         is_told = [at_s for at_s in driver.told_s if at_s > begin_s + OWN_S]
         run.keep("shows-what-is", len(is_told) >= 2, "who reads nothing keeps telemetry from others")
 

@@ -342,6 +342,7 @@ class Classroom:
         for pupil in pupils:
             pupil.mission = number
             self.tell(pupil, "mission", title, "")
+        self.save()
         return len(pupils)
 
     def handed_mission(self, number: int) -> MissionChoice:
