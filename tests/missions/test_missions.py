@@ -1,5 +1,6 @@
 """Every mission that comes with Motorcade takes programs that do what it asks, however written, and no others."""
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -138,4 +139,8 @@ def test_a_failure_is_told_as_a_story():
     lost = next(goal for goal in check_program(mission, mission.near_miss).goals if goal.kind == "in-zone")
     assert lost.why.sentence() == "the program began again at 5.0 s, and the car drove out of the garage"
     assert lost.why.sentence("zh") == "程序在第 5.0 秒从头再来，小车又开出了车库"
+    # A car that avoids obstacles shall begin again: that isn't why it touched one.
+    mission = MISSIONS["find-your-way"]
+    lost = next(goal for goal in check_program(mission, mission.near_miss).goals if goal.kind == "no-touch")
+    assert re.fullmatch(r"at \d+\.\d s the car touched a wall or an obstacle", lost.why.sentence())
     assert lost.t_ms > 5000
