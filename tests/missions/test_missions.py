@@ -130,7 +130,9 @@ def test_the_mistakes_in_the_notes_are_the_near_miss_and_wrong_programs(name):
     programs = [*noted_programs(mission)]
     assert len(mission.notes.mistakes) == len(programs) >= 3
     for number, program in enumerate(programs):
-        assert usual_mistake(mission, check_program(mission, program), program) == number
+        # As blocks of a page, which have ids.
+        built = replace(program, leader=[replace(step, id=f"block {at}") for at, step in enumerate(program.leader)])
+        assert usual_mistake(mission, check_program(mission, built), built) == number
 
 
 def test_a_failure_is_told_as_a_story():
