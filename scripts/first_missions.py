@@ -23,6 +23,7 @@ from scripts.studio_process import ROOT, build_page, running_studio
 from motorcade.missions.document import missions
 from motorcade.missions.model import Mission
 from motorcade.program.steps import Step
+from motorcade.service.missions import mission_goals
 
 sys.path.append(str(ROOT / "tests"))
 from support.browser_profiles import Profiles, launched
@@ -55,10 +56,15 @@ BLOCKS = """() => [...document.querySelectorAll("#leader-blocks .blocklyBlockCan
 
 
 class Builder:
-    """Builds a leader's program out of the palette of a page of the first level."""
+    """Builds a leader's program out of the palette of a page of the first level.
 
-    def __init__(self, studio: StudioPage) -> None:
-        self._studio = studio
+    Args:
+        studio: the page.
+        radii_mm: how near is too near, by level.
+    """
+
+    def __init__(self, studio: StudioPage, radii_mm: Sequence[int]) -> None:
+        self._studio, self._radii_mm = studio, radii_mm
         self._built: tuple[Step, ...] = ()
 
     def make(self, steps: Sequence[Step]) -> None:
@@ -89,6 +95,7 @@ class Builder:
             inner = block.locator(".blocklyDraggable").last
             self._set_fields(inner, None, part)
         self._set_fields(block, None, step)
+        self._set_radius(block, step)
         self._built = (*self._built, step)
 
     def _drag_out(self, step: Step, below: Locator) -> None:
@@ -100,17 +107,15 @@ class Builder:
         return DRAWERS.get(step.kind, "sense")
 
     def _name(self, step: Step) -> str:
-        """The beginning of a block's text; of one that minds something, the text above what it minds."""
-        unless = getattr(step, "unless", None)
-        if unless is not None:
-            return self._studio.say(f"blocks.unless.{'turns' if unless.sense == 'obstacle' else 'holds'}")
+        """The beginning of a block's text."""
         return self._studio.say(f"startBlocks.{step.kind}").partition("\n")[0].partition("%")[0].strip()
 
     def _block(self, steps: Sequence[Step], at: int, *, of_holders: bool = True) -> Locator:
         """The block of a step; ``of_holders``: those around others have them already."""
         before = sum(_count(step) for step in steps[:at])
         identity = self._studio.page.evaluate(BLOCKS)[1 + before][0]
-        return self._studio.page.locator(f'#leader-blocks [data-id="{identity}"]')
+        # The block of the palette that it was made of has the same id.
+        return self._studio.page.locator(f'#leader-blocks [data-id="{identity}"]:not(.blocklyFlyout *)')
 
     def _throw_away(self, at: int) -> None:
         """Drag a block, and all below it, onto the palette."""
@@ -135,6 +140,14 @@ class Builder:
                 studio.type_into(block.locator(OWN_FIELD).filter(has_text=NUMBER), str(wanted))
             studio.page.evaluate(DRAWN)
 
+    def _set_radius(self, block: Locator, step: Step) -> None:
+        """Choose how near is too near, where a drive avoids obstacles."""
+        unless = getattr(step, "unless", None)
+        if unless is None or unless.sense != "obstacle":
+            return
+        radius = self._studio.say("meaning.radius", radius=f"{self._radii_mm[unless.level] / 10:g}")
+        self._studio.pick(block.locator(".blocklyDraggable").locator(OWN_FIELD).first, radius)
+
     def _choice(self, name: str, value: object) -> str:
         return self._studio.say(f"{CHOICES[name]}.{value}")
 
@@ -153,8 +166,9 @@ def _is_alike(built: Step, step: Step) -> bool:
 class Visit:
     """A pupil's first visit; it collects what is wrong, and shoots each step."""
 
-    def __init__(self, studio: StudioPage, folder: Path | None) -> None:
+    def __init__(self, studio: StudioPage, language: str, folder: Path | None) -> None:
         self.studio, self.faults = studio, list[str]()
+        self._language = language
         self._folder, self._numbers = folder, count(1)
 
     def shoot(self, step: str) -> None:
@@ -196,8 +210,9 @@ class Visit:
     def mission(self, mission: Mission) -> None:
         """Play a mission, wrong first and then right, and go on to the next one."""
         studio = self.studio
-        goals = studio.page.locator("li[data-progress]")
-        expect(goals).to_have_count(len(mission.goals))
+        name = studio.say("missions.mission", name=mission.name.texts[self._language])
+        goals = studio.page.get_by_role("region", name=name, exact=True).locator("li[data-progress]")
+        expect(goals).to_have_count(len(mission_goals(mission)))
         self.shoot(f"{mission.id}-task")
         self.look_for_barriers(f"{mission.id}, task")
         studio.run_at("16×")
@@ -205,7 +220,7 @@ class Visit:
         larger = studio.page.get_by_role("button", name=studio.say("editors.largerBlocks"))
         if larger.is_visible():
             studio.press(larger)
-        builder = Builder(studio)
+        builder = Builder(studio, mission.profile.avoid_radii_mm)
         for name, program in (("wrong", mission.near_miss), ("right", mission.solution)):
             assert program
             self._show_blocks()
@@ -292,7 +307,7 @@ def visits(profiles: Profiles, url: str, given: argparse.Namespace) -> Iterator[
             profiles, url, size=size, language=language, has_touch=touches, tour=tour, plain=True, level="start"
         )
         studio.context.set_default_timeout(PATIENCE_MS)
-        visit = Visit(studio, folder)
+        visit = Visit(studio, language, folder)
         try:
             play(visit, chosen, tour=tour)
         except (AssertionError, Error) as error:

@@ -55,7 +55,7 @@ HTTP_STATUSES: _Rows = (
     (409, ("not-yours", "no-such-connection", "not-a-request", "too-long", "nickname-taken", "nickname-reserved")),
     (409, ("class-full", "class-frozen", "mat-is-closed", "mat-is-full", "mat-is-empty", "too-many-handed-out")),
     (409, ("at-too-many-cars", "car-out-of-reach", "damaged-version", "not-at-car", "project-exists")),
-    (409, ("no-telemetry", "says-nothing", "saved-elsewhere", "in-a-pair-already", "not-in-a-pair")),
+    (409, ("no-telemetry", "says-nothing", "saved-elsewhere", "in-a-pair-already", "not-in-a-pair", "pair-went-on")),
     (413, ("body-too-large",)),
     (429, ("too-many-attempts", "gives-too-often", "requests-too-fast")),
     (500, ("browser-fault", "cant-delete", "cant-read", "cant-save", "class-not-stored", "undone-meanwhile")),

@@ -8,7 +8,9 @@ from hypothesis import strategies as st
 
 from motorcade.classroom.folder import ClassFolder
 from motorcade.classroom.pairs import AWAY_S, Pairs
+from motorcade.config.files import SaveError
 from motorcade.errors import MotorcadeError
+from motorcade.server.studio.library import OWNERS
 from support.class_page import PROJECT, class_room
 from support.classrooms import with_pupils
 
@@ -39,8 +41,8 @@ def view(pupil):
         return page.until("pupil")["pair"]
 
 
-def write(pupil, window, number, base):
-    return pupil.ask("class/pair/write", window=window, project=marked(window, number), base=base)
+def write(pupil, window, number, base, pair="1"):
+    return pupil.ask("class/pair/write", pair=pair, window=window, project=marked(window, number), base=base)
 
 
 def test_each_stores_the_own_window_alone_and_reads_both(two):
@@ -83,6 +85,61 @@ def test_both_windows_are_played_for_one_mission_also_after_the_class_began_agai
         again.client.cookies = cookies
         assert again.ask("class/pair/read", window="leader")["mission"] == chosen
         assert again.ask("class/pair/read", window="followers")["mission"] is None
+
+
+def go_on(pupil, pair, number=5):
+    opened = {"pair": pair, "name": "Next", "project": marked("leader", number), "mission": {"id": "two-laps"}}
+    return pupil.ask("class/pair/open", **opened)
+
+
+def libraries_of_pairs(folder):
+    return [each.name[:6] for each in (folder / OWNERS).glob("pair-*")]
+
+
+def test_whoever_opens_the_next_mission_takes_the_other_one_along_also_through_a_new_begin(tmp_path):
+    with class_room(tmp_path) as room:
+        mia, bo = room.join("Mia"), room.join("Bo")
+        begin = {"to": bo.id, "name": "Out", "project": PROJECT | BOTH, "mission": {"id": "follow-me"}}
+        assert mia.ask("class/pair/begin", **begin) == {}
+        bo.ask("class/pair/join")
+        mia.ask("class/pair/conduct", playing=True, speed=2, seed=7, t_ms=400)
+        assert go_on(bo, "1") == {}
+        assert go_on(mia, "1", 6) == "pair-went-on", "she has pressed the same at the same moment"
+        assert write(mia, "leader", 7, 1) == "pair-went-on", "what she has written for the mission of before"
+        now = view(mia)
+        assert (now["id"], now["name"], now["conducted"]) == ("2", "Next", None)
+        assert now["owners"] == {"leader": mia.id, "followers": bo.id}
+        assert libraries_of_pairs(tmp_path) == ["pair-2"]
+        cookies = mia.client.cookies
+    with class_room(tmp_path, first_key=None, files=ClassFolder(tmp_path)) as room:
+        again = room.browser()
+        again.client.cookies = cookies
+        read = again.ask("class/pair/read", window="leader")
+        assert (read["mission"]["id"], read["version"]) == ("two-laps", 1)
+        assert mark(again, "leader") == "leader 5"
+        assert write(again, "leader", 8, 1, pair="2") == 2
+
+
+def test_a_pair_keeps_what_it_has_where_the_next_mission_cant_be_stored(tmp_path, monkeypatch):
+    shown = []
+
+    def fills_up(folder, owner, name, *more, store=ClassFolder.write_version, **named):
+        shown.append(view(mia)["id"])
+        if name == "followers":
+            raise SaveError("cant-save", reason="full")
+        return store(folder, owner, name, *more, **named)
+
+    with class_room(tmp_path) as room:
+        mia, bo = room.join("Mia"), room.join("Bo")
+        assert mia.ask("class/pair/begin", to=bo.id, name="Parade", project=PROJECT | BOTH) == {}
+        with monkeypatch.context() as patched:
+            patched.setattr(ClassFolder, "write_version", fills_up)
+            assert go_on(mia, "1") == "cant-save"
+        assert set(shown) == {"1"}, "until all is stored, pages show what they have"
+        assert mark(mia, "leader") == "leader 0"
+        assert go_on(mia, "1") == {}
+    with class_room(tmp_path, first_key=None, files=ClassFolder(tmp_path)):
+        assert libraries_of_pairs(tmp_path) == ["pair-3"]
 
 
 def test_a_page_that_comes_late_is_told_how_long_ago_the_other_one_played(two):
@@ -160,9 +217,10 @@ def test_nobody_comes_into_two_pairs_and_who_is_removed_is_in_none(two):
 
 def test_who_leaves_a_pair_late_stays_in_the_one_of_meanwhile():
     pairs = Pairs(with_pupils("Mia", "Bo"))
-    before = pairs.begin("01", "02", "Parade")
+    before, now = pairs.add("Parade"), pairs.add("Other")
+    pairs.begin("01", "02", before)
     pairs.leave("01", before.id)
-    now = pairs.begin("01", "02", "Other")
+    pairs.begin("01", "02", now)
     # Another tab of hers has asked for the same, and its copy is stored only now.
     pairs.leave("01", before.id)
     assert pairs.of("01") is now
@@ -196,7 +254,7 @@ def test_whatever_three_pupils_do_a_window_has_one_owner_who_is_in_the_pair(acts
         pair, before = pairs.of(who), [dict(each.owners) for each in room.record.pairs]
         owner = pair and pair.owners[window]
         doing = {
-            "begin": partial(pairs.begin, who, to, "Parade"),
+            "begin": lambda who=who, to=to: pairs.begin(who, to, pairs.to_ask(who, to) or pairs.add("Parade")),
             "join": partial(pairs.join, who),
             "take": partial(pairs.take, who, window, wants, now_s),
             "swap": partial(pairs.swap, who, wants),

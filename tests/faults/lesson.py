@@ -300,6 +300,7 @@ class Lesson(ClassComputer):
             return None
         other = next((member for member in pair.members if member is not pupil), None)
         return {
+            "id": str(pair.number),
             "name": pair.name,
             "partner": other and {key: getattr(other, key) for key in ("id", "name", "avatar")},
             "joined": pupil in pair.joined,

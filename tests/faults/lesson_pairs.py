@@ -7,6 +7,7 @@ from tests.faults.browsers import DONE
 from tests.faults.lesson_work import GIFTS, GIFTS_S, free_name, work
 
 from motorcade.classroom.folder import RECORD
+from motorcade.classroom.record import WINDOWS
 
 if TYPE_CHECKING:
     from tests.faults.lesson import Lesson, LessonPair, Pupil
@@ -43,7 +44,7 @@ async def begin_pair(run: "Lesson") -> None:
         else:
             run.paired += 1
             new = run.new_pair(name, who, to)
-            new.marks = dict.fromkeys(("leader", "followers"), mark)
+            new.marks = dict.fromkeys(WINDOWS, mark)
             run.pairs.append(new)
             pair = new
         pair.changed_s = run.world.now_s
@@ -95,7 +96,8 @@ async def write_window(run: "Lesson") -> None:
         wanted = "window-of-another"
     elif run.random.random() < 0.2:
         base, wanted = base + 1, "saved-elsewhere"
-    message = {"window": window, "project": project, "base": base}
+    number = str(pair.number if pair else 1)
+    message = {"pair": number, "window": window, "project": project, "base": base}
     answer = await run.expect("own-work", who.browser, "class/pair/write", wanted, **message)
     if answer is not None and pair:
         pair.versions[window] += 1
@@ -108,6 +110,26 @@ async def write_window(run: "Lesson") -> None:
         found = (read["project"]["python"], read["version"])
         known = (pair.marks[window], pair.versions[window])
         run.world.keep("answered-stays", found == known, f"{found}, not {known}")
+
+
+async def open_next(run: "Lesson") -> None:
+    """A pupil opens a mission for both, perhaps one who doesn't know yet that the other one has."""
+    who = run.draw([each for each in run.pupils if joined_pair(run, each)] or run.pupils)
+    if who is None:
+        return
+    pair, wanted = joined_pair(run, who), DONE
+    mark, project = work(run, *(pair.members if pair else [who]))
+    number = pair.number if pair else 1
+    if pair is None:
+        wanted = "not-in-a-pair"
+    elif run.random.random() < 0.2:
+        number, wanted = number - 1, "pair-went-on"
+    message = {"pair": str(number), "name": "Parade", "project": project, "mission": {"id": "follow-me"}}
+    await run.expect("own-work", who.browser, "class/pair/open", wanted, **message)
+    if wanted == DONE and pair:
+        run.paired += 1
+        pair.number, pair.name, pair.conducted = run.paired, "Parade", None
+        pair.marks, pair.versions = dict.fromkeys(WINDOWS, mark), dict.fromkeys(WINDOWS, 1)
 
 
 async def take_window(run: "Lesson") -> None:
@@ -200,6 +222,7 @@ ACTS = [
     (3.0, begin_pair),
     (5.0, join_pair),
     (3.0, write_window),
+    (1.0, open_next),
     (1.5, take_window),
     (1.5, swap),
     (0.7, conduct),

@@ -1,5 +1,6 @@
 """Every mission that comes with Motorcade takes programs that do what it asks, however written, and no others."""
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -163,7 +164,9 @@ def test_the_mistakes_in_the_notes_are_the_near_miss_and_wrong_programs(name):
     programs = [*noted_programs(mission)]
     assert len(mission.notes.mistakes) == len(programs) >= 3
     for number, program in enumerate(programs):
-        assert usual_mistake(mission, check_program(mission, program), program) == number
+        # As blocks of a page, which have ids.
+        built = replace(program, leader=[replace(step, id=f"block {at}") for at, step in enumerate(program.leader)])
+        assert usual_mistake(mission, check_program(mission, built), built) == number
 
 
 def test_a_failure_is_told_as_a_story():
@@ -172,4 +175,8 @@ def test_a_failure_is_told_as_a_story():
     lost = next(goal for goal in check_program(mission, mission.near_miss).goals if goal.kind == "in-zone")
     assert lost.why.sentence() == "the program began again at 5.0 s, and the car drove out of the garage"
     assert lost.why.sentence("zh") == "程序在第 5.0 秒从头再来，小车又开出了车库"
+    # A car that avoids obstacles shall begin again: that isn't why it touched one.
+    mission = MISSIONS["find-your-way"]
+    lost = next(goal for goal in check_program(mission, mission.near_miss).goals if goal.kind == "no-touch")
+    assert re.fullmatch(r"at \d+\.\d s the car touched a wall or an obstacle", lost.why.sentence())
     assert lost.t_ms > 5000

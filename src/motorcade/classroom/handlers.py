@@ -202,27 +202,35 @@ class Handlers:
             now_s: the time.
             mission: what the project is played for; each page reads it for itself. None for none.
         """
-        is_new = self._pairs.of(who) is None
         self._gifts.count(who, now_s)
-        pair = self._pairs.begin(who, to, name)
-        if not is_new:
-            return
-        self._pairs.beginning.add(pair.id)
-        try:
-            # Files are stored for those alone whom the class's file knows.
-            await self._running.settle()
-            if mission:
-                data = msgspec.json.encode(mission)
-                await to_thread.run_sync(self._folder.write_version, pair.library, MISSION, data)
-            for window in WINDOWS:
-                await self._store_window(pair, who, window, project, 0)
-        except MotorcadeError:
-            for pupil in (who, to):
-                self._pairs.leave(pupil, pair.id)
-            raise
-        finally:
-            self._pairs.beginning.discard(pair.id)
-            self._room.changes += 1
+        pair = self._pairs.to_ask(who, to) or await self._stored(name, project, mission)
+        self._pairs.begin(who, to, pair)
+
+    @request("class/pair/open", stores=True)
+    async def open_in_pair(self, who: str, pair: Id, name: Text40, project: Project, mission: MissionChoice) -> None:
+        """Go on with another mission together, in place of what a pair has open; windows stay whose they are.
+
+        Raises MotorcadeError where the other one has gone on meanwhile.
+        """
+        self._pairs.joined(who, pair)
+        self._pairs.go_on(who, pair, await self._stored(name, project, mission))
+        with suppress(MotorcadeError):
+            await self._delete_libraries()
+
+    async def _stored(self, name: str, project: Project, mission: MissionChoice | None) -> Pair:
+        """Store what a pair opens; return the pair, in which nobody is yet."""
+        pair = self._pairs.add(name)
+        # Files are stored for those alone whom the class's file knows.
+        await self._running.settle()
+        if mission:
+            data = msgspec.json.encode(mission)
+            await to_thread.run_sync(self._folder.write_version, pair.library, MISSION, data)
+        data = project_text(project).encode()
+        for window in WINDOWS:
+            self._pairs.versions[pair.id, window] = await to_thread.run_sync(
+                self._folder.write_version, pair.library, window, data
+            )
+        return pair
 
     @request("class/pair/read")
     async def read_window(self, who: str, window: Window) -> messages.PairProject:
@@ -241,23 +249,20 @@ class Handlers:
         return decode(self._folder.read(pair.library, MISSION), MissionChoice)
 
     @request("class/pair/write", stores=True)
-    async def write_window(self, who: str, window: Window, project: Project, base: int) -> int:
+    async def write_window(self, who: str, pair: Id, window: Window, project: Project, base: int) -> int:
         """Store a window of one's own; return its version.
 
-        Raises MotorcadeError where it is another's, or was stored since version ``base``.
+        Raises MotorcadeError where it is another's, was stored since version ``base``, or the pair has gone on.
         """
-        return await self._store_window(self._pairs.owned(who, window), who, window, project, base)
-
-    async def _store_window(self, pair: Pair, who: str, window: Window, project: Project, base: int) -> int:
         data = project_text(project).encode()
 
         def store() -> int:
             # Asked when the thread's turn has come: meanwhile the window may be another's.
-            library = self._pairs.owned(who, window).library
+            library = self._pairs.owned(who, pair, window).library
             return self._folder.write_version(library, window, data, base)
 
         version = await to_thread.run_sync(store)
-        self._pairs.versions[pair.id, window] = version
+        self._pairs.versions[pair, window] = version
         self._room.changes += 1
         return version
 

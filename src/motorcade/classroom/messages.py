@@ -263,6 +263,7 @@ class PairView(Struct):
     """A pair, for one of its pupils.
 
     Attributes:
+        id: another one with each mission that the two open.
         name: of the project.
         partner: the other one; None where nobody else is in it.
         joined: this pupil has come; else the partner asks.
@@ -272,6 +273,7 @@ class PairView(Struct):
         asks: who wants to swap the windows.
     """
 
+    id: str
     name: str
     partner: Classmate | None
     joined: bool

@@ -25,13 +25,11 @@ class Pairs:
 
     Attributes:
         versions: of the windows that were stored, by the pair's id and the window.
-        beginning: the ids of pairs whose windows aren't stored yet: no page is shown them, since it would read them.
     """
 
     def __init__(self, room: Classroom) -> None:
         self._room = room
         self.versions: dict[tuple[str, Window], int] = {}
-        self.beginning: set[str] = set()
         # With the time at which it was said.
         self._conducted: dict[str, tuple[float, Conducted]] = {}
         self._away: set[str] = set()
@@ -40,21 +38,24 @@ class Pairs:
         """Return the pair that a pupil is in, or is asked to come into."""
         return next((pair for pair in self._room.record.pairs if pupil in pair.members), None)
 
-    def joined(self, pupil: str) -> Pair:
-        """Return the pair that a pupil is in. Raises MotorcadeError."""
+    def joined(self, pupil: str, pair_id: str | None = None) -> Pair:
+        """Return the pair that a pupil is in. Raises MotorcadeError, also where it has gone on from ``pair_id``."""
         pair = self.of(pupil)
         if pair is None or pupil not in pair.joined:
             raise MotorcadeError("not-in-a-pair")
+        if pair_id not in (None, pair.id):
+            raise MotorcadeError("pair-went-on")
         return pair
 
     def view(self, pupil: str, now_s: float) -> PairView | None:
         """Return what a pupil's page shows of the pair."""
         pair = self.of(pupil)
-        if pair is None or pair.id in self.beginning:
+        if pair is None:
             return None
         others = [member for member in self._room.record.pupils if member.id in pair.members and member.id != pupil]
         other = next(iter(others), None)
         return PairView(
+            id=pair.id,
             name=pair.name,
             partner=Classmate(other.id, other.name, other.avatar) if other else None,
             joined=pupil in pair.joined,
@@ -72,14 +73,8 @@ class Pairs:
         said_s, conducted = self._conducted[pair.id]
         return structs.replace(conducted, age_ms=int((now_s - said_s) * 1000))
 
-    def begin(self, who: str, to: str, name: str) -> Pair:
-        """Begin a pair, or ask another one where the partner has left. Raises MotorcadeError.
-
-        Args:
-            who: has the leader's window at first, and in a new pair the followers' until the other one has come.
-            to: is asked.
-            name: of the project.
-        """
+    def to_ask(self, who: str, to: str) -> Pair | None:
+        """Return the pair into which a pupil may ask another one; None for a new one. Raises MotorcadeError."""
         asks = self._room.pupil(who)
         asked = self._room.pupil(to)
         pair = self.of(who)
@@ -87,14 +82,45 @@ class Pairs:
             raise MotorcadeError("in-a-pair-already", name=asks.name)
         if self.of(to) or who == to:
             raise MotorcadeError("in-a-pair-already", name=asked.name)
+        return pair
+
+    def add(self, name: str) -> Pair:
+        """Add a pair in which nobody is yet, so that its files can be stored. The next start ends one that stays so.
+
+        Args:
+            name: of the project.
+        """
         record = self._room.record
-        if pair is None:
-            record.paired += 1
-            pair = Pair(str(record.paired), name, [who], [who], {"leader": who, "followers": who})
-            record.pairs.append(pair)
+        record.paired += 1
+        record.pairs.append(Pair(str(record.paired), name, [], [], {}))
+        self._room.save()
+        return record.pairs[-1]
+
+    def begin(self, who: str, to: str, pair: Pair) -> None:
+        """Begin a new pair, or ask another one where the partner has left. Raises MotorcadeError.
+
+        Args:
+            who: has the leader's window at first, and in a new pair the followers' until the other one has come.
+            to: is asked.
+            pair: as `to_ask` told, or a new one.
+        """
+        self.to_ask(who, to)
+        if not pair.members:
+            pair.members = [who]
+            pair.joined = [who]
+            pair.owners = dict.fromkeys(WINDOWS, who)
         pair.members.append(to)
         self._room.save()
-        return pair
+
+    def go_on(self, who: str, pair_id: str, new: Pair) -> None:
+        """Let a pair have open what was stored for a ``new`` one. Raises MotorcadeError, as `joined`."""
+        pair = self.joined(who, pair_id)
+        pair.id, new.id = new.id, pair.id
+        pair.name = new.name
+        record = self._room.record
+        record.pairs = [other for other in record.pairs if other.id != new.id]
+        record.removed.append(new.library)
+        self._room.save()
 
     @request("class/pair/take", stores=True)
     def take(self, who: str, window: Window, wants: bool, now_s: float) -> None:
@@ -182,9 +208,9 @@ class Pairs:
             self._conducted = {pair: said for pair, said in self._conducted.items() if pair in lasting}
             self.versions = {key: version for key, version in self.versions.items() if key[0] in lasting}
 
-    def owned(self, who: str, window: Window) -> Pair:
-        """Return a pupil's pair. Raises MotorcadeError where the window isn't the pupil's."""
-        pair = self.joined(who)
+    def owned(self, who: str, pair_id: str, window: Window) -> Pair:
+        """Return a pupil's pair, as `joined`. Raises MotorcadeError where the window isn't the pupil's."""
+        pair = self.joined(who, pair_id)
         owner = pair.owners[window]
         if owner is None:
             raise MotorcadeError("window-is-free")

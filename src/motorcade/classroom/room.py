@@ -336,6 +336,7 @@ class Classroom:
             if len(self.record.missions) >= _MOST_MISSIONS:
                 raise MotorcadeError("too-many-handed-out", most=_MOST_MISSIONS)
             self.record.missions.append(mission)
+            self.save()
         number = self.record.missions.index(mission) + 1
         if to is None:
             self.record.handed = number

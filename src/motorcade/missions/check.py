@@ -294,7 +294,9 @@ def _settings(node: Any, place: str) -> Iterator[str]:
     """Each value of a part of a program's document, after the keys that lead to it."""
     if isinstance(node, dict):
         for key, value in node.items():
-            yield from _settings(value, f"{place} {key}")
+            # Blocks of a page have ids of their own.
+            if key != "id":
+                yield from _settings(value, f"{place} {key}")
     elif isinstance(node, list):
         for item in node:
             yield from _settings(item, place)

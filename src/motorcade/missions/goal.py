@@ -29,6 +29,7 @@ from motorcade.mats.schema import FARTHEST_M, SHORTEST_M
 from motorcade.missions.model import Goal, Mission, Wording, Zone
 from motorcade.program.compiler import length_ms
 from motorcade.words.image import parse_image_bytes
+from motorcade.words.positions import AVOID_ENABLE_AT
 
 # A run is looked at every so many ms, beginning at 0.
 EVERY_MS = 100
@@ -364,12 +365,15 @@ class GoalKind(ABC):
     def happened(self, t_ms: int, car: int, what: Phrase, *, stands: bool = False) -> Phrase:
         """Say when something went wrong with a car: after its program began again, or at ``t_ms``.
 
-        Many programs shall begin again; so that counts in the second round alone, unless the car had to stand.
+        Many programs shall begin again; so that counts in the second round alone, unless the car had to stand. One that
+        avoids obstacles always shall.
         """
         attempt = self.run.attempt
         round_ms = attempt.round_ms
-        leads = car in self.mission.mat.starts.leaders
-        if leads and not attempt.image.decides and 0 < round_ms <= t_ms and (stands or t_ms < 2 * round_ms):
+        again = car in self.mission.mat.starts.leaders and not attempt.image.decides
+        if any(word >> AVOID_ENABLE_AT & 1 for word in attempt.image.leader):
+            again = False
+        if again and 0 < round_ms <= t_ms and (stands or t_ms < 2 * round_ms):
             return Phrase("goal-again", seconds=t_ms // round_ms * round_ms / 1000, what=what)
         return Phrase("goal-at", seconds=t_ms / 1000, what=what)
 

@@ -83,6 +83,7 @@ export interface News { number: number; kind: "mission" | "project"; name: strin
 
 /** A pair, for one of its pupils. */
 export interface PairView {
+  id: string;
   name: string;
   partner: Classmate | null;
   joined: boolean;
@@ -181,8 +182,9 @@ export interface PupilRequests {
   "mission": { message: { number: number }; answer: Mission };
   "mat": { message: { image: string | null }; answer: Nothing };
   "pair/begin": { message: { to: string; name: string; project: Project; mission?: MissionChoice | null }; answer: Nothing };
+  "pair/open": { message: { pair: string; name: string; project: Project; mission: MissionChoice }; answer: Nothing };
   "pair/read": { message: { window: "followers" | "leader" }; answer: PairProject };
-  "pair/write": { message: { window: "followers" | "leader"; project: Project; base: number }; answer: number };
+  "pair/write": { message: { pair: string; window: "followers" | "leader"; project: Project; base: number }; answer: number };
   "pair/leave": { message: Nothing; answer: string };
 }
 

@@ -37,7 +37,7 @@ export class PairWindow implements Place {
     readonly name: EditorName,
     /** What it holds, as far as this page knows. */
     public held: PairProject,
-    private readonly pair: Pick<Pair, "isFilling" | "isOver">,
+    private readonly pair: Pick<Pair, "id" | "isFilling" | "isOver">,
   ) {}
 
   /** Whether the page has changed what belongs to the window. */
@@ -51,10 +51,12 @@ export class PairWindow implements Place {
   }
 
   async write(): Promise<void> {
+    // What is opened in its place belongs to nobody's window yet.
+    if (this.pair.isFilling) return;
     const project = projectOf(this.name);
     if (JSON.stringify(project) === JSON.stringify(this.held.project)) return;
     try {
-      const version = await askClass("pair/write", { window: this.name, project, base: this.held.version });
+      const version = await askClass("pair/write", { pair: this.pair.id, window: this.name, project, base: this.held.version });
       this.held = { project, version };
     } catch (problem) {
       if (!(problem instanceof RefusedError)) throw problem;
@@ -120,20 +122,30 @@ class Pair {
   readonly windows: readonly PairWindow[];
   private readonly stop: () => void;
 
-  constructor(leader: PairProject, followers: PairProject) {
+  constructor(
+    readonly id: string,
+    leader: PairProject,
+    followers: PairProject,
+  ) {
     this.windows = [new PairWindow("leader", leader, this), new PairWindow("followers", followers, this)];
     this.stop = endAll(
       useStudio.subscribe((now, before) => this.notice(now, before)),
       ...this.windows.map(({ keeper }) => keeper.start()),
       () => (session.onCommand = null),
     );
-    session.onCommand = ({ playing, speed, seed, shown_ms, t_ms }) => void tell({ playing, speed, seed, t_ms: shown_ms ?? t_ms });
+    session.onCommand = ({ playing, speed, seed, shown_ms, t_ms }) => {
+      // A project that was opened stands at its beginning, on each page.
+      if (!this.isFilling) void tell({ playing, speed, seed, t_ms: shown_ms ?? t_ms });
+    };
   }
 
   private notice(now: Studio, before: Studio): void {
     if (this.isFilling) return;
     if (isOpened(now, before)) {
-      void leave();
+      this.isFilling = true;
+      const { mission } = before;
+      // At the end of the turn the page knows which mission follows.
+      setTimeout(() => void (mission && useStudio.getState().mission ? goOn(this.id) : leave()));
       return;
     }
     for (const window of this.windows) if (!mine(window.name) && window.differs(now, before)) window.undo(now, before);
@@ -172,11 +184,12 @@ class Pair {
 export function receive(view: PairView | null, me: string): void {
   const { view: before, pair } = usePair.getState();
   usePair.setState({ view, me });
-  if (view?.joined && !before?.joined) void begin(view);
-  else if (!view?.joined && before?.joined) {
+  if (view?.joined && before?.joined && view.id === before.id) void pair?.follow(view, before);
+  else {
     usePair.setState({ pair: null });
     pair?.end();
-  } else if (view?.joined) void pair?.follow(view, before!);
+    if (view?.joined) void begin(view, before?.joined ? before.partner?.name : undefined);
+  }
 }
 
 const asText = ({ leader, followers, mat, range_mm, car, profile }: Project) => JSON.stringify([leader, followers, mat ?? EMPTY_MAT, range_mm ?? null, car ?? null, profile]);
@@ -197,14 +210,21 @@ function projectOf(window?: EditorName): Project {
   return window ? { ...project, followers: null } : project;
 }
 
-async function begin(view: PairView): Promise<void> {
+let begun = 0;
+
+/** Show what a pair has open; `opener` has opened it for both, unless this page has it open already. */
+async function begin(view: PairView, opener?: string): Promise<void> {
+  const number = ++begun;
   await attempt(async () => {
     const [leader, followers] = await Promise.all(EDITORS.map((window) => askClass("pair/read", { window })));
     // The whole project, of both windows.
     const whole: Project = { ...leader!.project, followers: followers!.project.followers, python: null, level: null };
     const mission = leader!.mission ?? null;
+    // The pair may be over meanwhile, or have gone on.
+    if (number !== begun || !usePair.getState().view?.joined) return;
     if (!sameMission(mission, useStudio.getState().mission) || asText(whole) !== asText(projectOf())) {
       const opened = mission ? await playMission(mission, whole) : await replaceBy({ ...whole, name: view.name });
+      if (number !== begun) return;
       if (!opened) {
         await askClass("pair/leave");
         return;
@@ -212,10 +232,10 @@ async function begin(view: PairView): Promise<void> {
       // The editors take the project in this turn.
       await new Promise((resolve) => setTimeout(resolve));
       markUnsaved();
+      if (opener) notify(say("pair.wentOn", { name: opener, mission: view.name }));
     }
-    // The pair may be over meanwhile.
-    if (!usePair.getState().view?.joined) return;
-    const pair = new Pair(leader!, followers!);
+    if (number !== begun || !usePair.getState().view?.joined) return;
+    const pair = new Pair(view.id, leader!, followers!);
     usePair.setState({ pair });
     lock();
     showOwn();
@@ -223,6 +243,17 @@ async function begin(view: PairView): Promise<void> {
     if (now?.conducted) session.follow(nowOf(now.conducted));
     if (now) await pair.follow(now, now);
   });
+}
+
+/** The user has opened another mission: both go on with it. Where that can't be, the page shows what the pair has open. */
+async function goOn(id: string): Promise<void> {
+  const { name, mission } = useStudio.getState();
+  const done = await attempt(() => askClass("pair/open", { pair: id, name, project: projectOf(), mission: mission! }));
+  const { view, pair } = usePair.getState();
+  if (done || view?.id !== id) return;
+  usePair.setState({ pair: null });
+  pair?.end();
+  await begin(view);
 }
 
 /** Show the own window where there is room for one; the followers' begins with its first block, but in a mission without followers. */

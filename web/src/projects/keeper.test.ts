@@ -61,7 +61,7 @@ const pairWindow = (editor: EditorName): Case => ({
   editor,
   start: () => {
     usePair.setState({ me: "me", view: { name: "Ours", owners: { [editor]: "me" }, joined: true, versions: {} } as never });
-    return byKeeper(new PairWindow(editor, { project: {}, version: 0 } as never, { isFilling: false, isOver: true }).keeper);
+    return byKeeper(new PairWindow(editor, { project: {}, version: 0 } as never, { id: "1", isFilling: false, isOver: true }).keeper);
   },
 });
 
