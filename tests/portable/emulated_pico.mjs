@@ -24,6 +24,8 @@ const MISS_NANOS = 400;
 const RETURN = { IF: "", EX: "", FC: "", RE: "erase", RP: "program" };
 
 const options = JSON.parse(process.argv[2]);
+// rp2040js warns that it has no second core.
+console.warn = () => {};
 const flash = readFileSync(options.flash);
 const bootRom = options.bootRom && new Uint32Array(new Uint8Array(readFileSync(options.bootRom)).buffer);
 /** An RP2040 that waits for its flash, which rp2040js's does not. */
