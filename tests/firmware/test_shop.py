@@ -49,6 +49,17 @@ def test_a_car_has_a_profile_of_its_own(car):
     assert profile.infrared == built_in_profile("classroom").infrared
 
 
+@pytest.mark.parametrize(
+    ("arguments", "leads", "note"), [([], False, ""), (["--role", "leader"], True, "no infrared LED")]
+)
+def test_a_car_that_cannot_send_follows_unless_it_is_told_to_lead(arguments, leads, note):
+    done = run("install-firmware", "--car", "picogo", "--dry-run", "--json", *arguments)
+    assert done.code == 0, done.err
+    assert json.loads(done.out)["settings"]["is_leader"] == leads
+    assert note in done.err
+    assert bool(done.err) == leads
+
+
 def test_a_command_makes_a_car_by_its_name(tmp_path):
     done = run("install-firmware", "--car", "Freenove-Pico", "--dry-run", "--json")
     settings = json.loads(done.out)["settings"]

@@ -197,7 +197,7 @@ def _readback(
 @app.command("install-firmware")
 def _install_firmware(
     port: options.PortOption = "",
-    role: options.RoleName = "leader",
+    role: options.RoleName | None = None,
     car: ShopCar = "",
     pins: options.OptionalFile = None,
     number: Annotated[int | None, typer.Option(min=0, max=(1 << 32) - 1)] = None,
@@ -212,7 +212,9 @@ def _install_firmware(
     profile: str = "",
     as_json: options.Json = False,
 ) -> None:
+    options.exclude_each_other(car=car, chip=chip)
     wired = _wired(car, pins)
+    chosen_role = _role(role, wired)
     chosen = options.profile_named(profile or car or "classroom")
     if (keys or insecure_lan) and not wifi:
         raise MotorcadeError("keys-without-wifi")
@@ -229,7 +231,7 @@ def _install_firmware(
         voice = None
         if voice_map:
             voice = load_voice_map(voice_map)
-        settings = settings_of(pin_map, chosen, role == "leader", number, voice)
+        settings = settings_of(pin_map, chosen, chosen_role == "leader", number, voice)
         if wifi and not pin_map.chip.has_wifi:
             raise MotorcadeError("wifi-needs-esp32", chip=pin_map.chip.title)
         return settings | wanted
@@ -252,12 +254,12 @@ def _install_firmware(
     port = port or likely_port(ports()).device
     with progress_bar("copied", 100) as advance:
         done = install(port, wired, settings_for, lambda copied, total: advance(copied * 100 // total))
-    data = {"port": port, "role": role, **done._asdict()}
+    data = {"port": port, "role": chosen_role, **done._asdict()}
     key = "files-there-already"
     if done.copied:
         key = "files-copied"
     firmware, _ = MICROPYTHON[done.chip]
-    sentence = translated(key, **data | {"chip": firmware.title, "role": Phrase(f"role-{role}")})
+    sentence = translated(key, **data | {"chip": firmware.title, "role": Phrase(f"role-{chosen_role}")})
     print_result(data, sentence, as_json)
 
 
@@ -266,7 +268,7 @@ def _arduino_library(
     output: options.Output,
     car: ShopCar = "",
     pins: options.OptionalFile = None,
-    role: options.RoleName = "leader",
+    role: options.RoleName | None = None,
     number: options.NumberOption = 1,
     voice_map: options.OptionalFile = None,
     profile: str = "",
@@ -282,7 +284,7 @@ def _arduino_library(
         if voice_map:
             voice = load_voice_map(voice_map)
         chosen = options.profile_named(profile or car or "classroom")
-        files |= sketch_files(wired, chosen, role == "leader", number, voice)
+        files |= sketch_files(wired, chosen, _role(role, wired) == "leader", number, voice)
         if not wired.chip.is_whole_arduino and wired.pin("infrared", "sender") is not None:
             print_note(translated("arduino-sends-no-infrared", car=wired.name, chip=wired.chip.title))
     try:
@@ -306,6 +308,18 @@ def _wired(car: str, pins: Path | None) -> "PinMap | None":
     if pins:
         return options.pins_at(pins)
     return None
+
+
+def _role(given: options.RoleName | None, wired: "PinMap | None") -> options.RoleName:
+    """Return the given role, else that of a leader where the car can send; say so where a leader can't."""
+    from motorcade.firmware.shop import abilities
+
+    sends = wired is None or "leads" in abilities(wired)
+    if wired and given == "leader" and not sends:
+        print_note(translated("leader-sends-nothing", car=wired.name))
+    if given is None and not sends:
+        return "follower"
+    return given or "leader"
 
 
 @cars_app.callback(invoke_without_command=True)
