@@ -154,8 +154,8 @@ def _measured(send: "Callable[[CalibrationMove], None]") -> "Calibration":
         question = translated("calibrate-angle" if move.turns else "calibrate-way")
         try:
             answer = str(typer.prompt(question, err=True))
-        except typer.Abort:
-            if sys.stdin.isatty():
+        except typer.Abort as ended:
+            if sys.stdin.isatty() or isinstance(ended.__context__, KeyboardInterrupt):
                 raise
             raise InputError("reading-missing", move=move.title) from None
         if answer.strip() == _BACK and readings:
@@ -412,11 +412,14 @@ def _wifi_settings(
         if dry_run:
             secrets["key"] = ""
         settings["keys"] = secrets
+    from motorcade.config.files import raised_as
+
     prompt = translated("wifi-password", name=name)
     if dry_run:
         password = ""
     else:
-        password = typer.prompt(prompt, hide_input=True, err=True)
+        with raised_as("password-no-text", UnicodeDecodeError):
+            password = typer.prompt(prompt, hide_input=True, err=True)
     return settings | {"wifi": {"ssid": name, "password": password}}
 
 
