@@ -265,10 +265,14 @@ def work_file(folder: ClassFolder, pupils: Iterable[Pupil], title: str, language
     """
     with raised_as("work-not-collected", OSError):
         file = tempfile.TemporaryFile(prefix="motorcade-")  # noqa: SIM115 - who reads it closes it
-        with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
-            works = [_add(archive.writestr, folder, pupil) for pupil in pupils]
-            archive.writestr(_OVERVIEW, overview(works, title, language))
-        file.seek(0)
+        try:
+            with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+                works = [_add(archive.writestr, folder, pupil) for pupil in pupils]
+                archive.writestr(_OVERVIEW, overview(works, title, language))
+            file.seek(0)
+        except BaseException:
+            file.close()
+            raise
         return file
 
 

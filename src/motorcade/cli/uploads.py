@@ -23,6 +23,7 @@ from motorcade.cli.output import (
     sentence_of,
     translated,
 )
+from motorcade.config.files import raised_as
 from motorcade.errors import InputError, MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 
@@ -105,7 +106,6 @@ def _calibrate(
     as_json: options.Json = False,
 ) -> None:
     from motorcade.config.calibration import CalibrationMove, measured_profile, profile_text, told
-    from motorcade.config.files import raised_as
     from motorcade.service.calibration import move_image
 
     options.exclude_each_other(port=port, no_upload=no_upload)
@@ -412,8 +412,6 @@ def _wifi_settings(
         if dry_run:
             secrets["key"] = ""
         settings["keys"] = secrets
-    from motorcade.config.files import raised_as
-
     prompt = translated("wifi-password", name=name)
     if dry_run:
         password = ""

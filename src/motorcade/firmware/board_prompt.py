@@ -24,6 +24,8 @@ _CHUNK_BYTES = 1024
 _ANSWER_WITHIN_S = 5
 # mpremote reads until a device pauses; one that never does is hung up, while it is to show its prompt, and later.
 _PROMPT_WITHIN_S, _DONE_WITHIN_S = 15, 120
+# What pyserial raises where a port is closed meanwhile.
+_CLOSED = (OSError, AttributeError, TypeError)
 _FACTS = """import os, sys
 space = os.statvfs('/')
 bytecode = getattr(sys.implementation, '_mpy', 0) & 255
@@ -154,8 +156,8 @@ class BoardPrompt:
                 # Hide what mpremote prints about a failure.
                 with contextlib.redirect_stdout(io.StringIO()):
                     self._transport.enter_raw_repl(timeout_overall=_ANSWER_WITHIN_S)
-            except (TransportError, OSError) as problem:
-                if is_last or isinstance(problem, OSError):
+            except (TransportError, *_CLOSED) as problem:
+                if is_last or isinstance(problem, _CLOSED):
                     raise TransferError("no-micropython-answers", port=self.port) from None
             else:
                 return
@@ -188,6 +190,7 @@ class BoardPrompt:
             struct.error,
             SyntaxError,
             ValueError,
+            AttributeError,
             TypeError,
             RecursionError,
             MemoryError,
