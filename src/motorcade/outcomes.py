@@ -29,9 +29,8 @@ EXIT_CODES: _Rows = (
     (PORT_NOT_FOUND, ("no-port-named", "not-a-port-name", "no-such-port", "no-car-found", "no-serial-port")),
     (
         PORT_NOT_FOUND,
-        ("port-fails",),
+        ("no-telemetry", "no-car-at-address", "no-car-at-port", "no-such-car", "no-cars-found", "port-fails"),
     ),
-    (PORT_NOT_FOUND, ("no-telemetry", "no-car-at-address", "no-car-at-port", "no-such-car", "no-cars-found")),
     (PORT_BUSY, ("cannot-listen", "port-busy", "car-busy")),
     (NO_ANSWER, ("no-micropython-answers", "no-answer", "takes-no-bytes", "nothing-to-read", "car-away")),
     (NO_ANSWER, ("no-answer-at-address", "runs-something-else")),

@@ -1,10 +1,17 @@
 """A car is measured at a terminal: `motorcade calibrate`."""
 
+import getpass
 import json
+import signal
+import sys
+from unittest.mock import Mock
+
+import pytest
 
 from motorcade import load_profile
 from motorcade.upload import serial_port
 from support.command_line import data, refusal, run
+from support.terminal_process import terminal
 
 # Six moves: the second is answered badly first, the fourth goes back to the third.
 ANSWERS = ["30 0", "far", "29", "60 1", "89", "-", "88 4; 88 4", "30 0.5", "262", "266"]
@@ -40,7 +47,7 @@ def test_each_move_is_sent_to_the_car_before_it_is_asked_for(tmp_path, monkeypat
 
 def test_whoever_stops_answering_gets_no_profile(tmp_path):
     profile = tmp_path / "mine.toml"
-    assert run("calibrate", "--no-upload", "-o", profile, typed=typed(ANSWERS[:4])).code == 1
+    assert run("calibrate", "--no-upload", "-o", profile, typed=typed(ANSWERS[:4])).code == 130
     assert not profile.exists()
 
 
@@ -67,3 +74,26 @@ def test_cars_of_a_project_drive_as_the_one_that_it_keeps(tmp_path):
         first, last = (data("simulate", project, "--seconds", seconds)["cars"][0]["x"] for seconds in (0.01, 3))
         ways.append(round(last - first, 2))
     assert ways == [0.1, 0.05, 0.07, 0.1]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+def test_ctrl_c_at_a_question_ends_as_anywhere_else(tmp_path):
+    """1 would say that a program has errors. What was typed before it need not be text."""
+    with terminal("calibrate", "-o", tmp_path / "car.toml", "--no-upload") as user:
+        user.wait_for("cm ahead")
+        user.type(b"\xff\n")
+        user.wait_for("is no way")
+        user.process.send_signal(signal.SIGINT)
+        user.wait(lambda: user.process.poll() is not None)
+        assert user.process.returncode == 130
+
+
+@pytest.mark.parametrize(
+    ("problem", "code", "says"),
+    [(KeyboardInterrupt(), 130, ""), (UnicodeDecodeError("utf-8", b"\xff", 0, 1, "invalid"), 2, "is no text")],
+)
+def test_a_password_that_is_broken_off_or_no_text_ends_in_order(monkeypatch, problem, code, says):
+    monkeypatch.setattr(getpass, "getpass", Mock(side_effect=problem))
+    options = ("--chip", "esp32", "--wifi", "school", "--insecure-lan", "--port", "/dev/nowhere")
+    ran = run("install-firmware", *options)
+    assert (ran.code, says in ran.err) == (code, True)

@@ -88,8 +88,9 @@ def test_a_car_takes_uploads_at_a_serial_port_and_words_of_a_keyboard(tmp_path):
     tty.setraw(theirs)
     with car(tmp_path, "--port", os.ttyname(theirs), "--voice", "keyboard") as leader:
         assert leader.begin["port"] == os.ttyname(theirs)
-        leader.process.stdin.write("stop\n")
-        leader.process.stdin.flush()
+        # What is typed need not be text.
+        leader.process.stdin.buffer.write(b"\xff\nstop\n")
+        leader.process.stdin.buffer.flush()
         os.write(ours, IMAGE)
         leader.until("image")
         assert os.read(ours, 100).startswith(OK)

@@ -11,7 +11,7 @@ from motorcade.fleet.places import list_text
 from motorcade.upload import serial_port
 from support.command_line import data, refusal, run, started
 from support.rooms import FIRST_CRC32, SECOND, SECOND_CRC32, simulated_cars
-from support.terminal_process import terminal
+from support.terminal_process import WHERE_QUERY, terminal
 
 LARGEST = compile_program(Program([forward(1), led(1, 1)] * 120)).image
 
@@ -99,6 +99,9 @@ def test_what_lies_in_the_current_folder_neither_ends_nor_hangs_the_command(tmp_
     """Its programs are read unasked. Nobody writes into the FIFO."""
     (tmp_path / "d.image").mkdir()
     os.mkfifo(tmp_path / "f.image")
+    os.mkfifo(tmp_path / "p.toml")
+    project = {"format": "motorcade-program/1", "profile": "p.toml", "leader": [{"led": {"which": 1, "seconds": 1}}]}
+    (tmp_path / "p.motorcade.json").write_text(json.dumps(project), encoding="utf-8")
     (tmp_path / "gone.image").symlink_to("nowhere")
     (tmp_path / "zero.image").symlink_to("/dev/zero")
     (tmp_path / os.fsdecode(b"\xff.image")).write_bytes(SECOND)
@@ -141,8 +144,11 @@ def test_a_table_in_a_terminal_is_live_stops_all_by_a_key_and_leaves_the_termina
             user.wait_for("There is no port /dev/nowhere")
             user.wait_for("2 here, 1 away")
             user.wait(lambda: not echoes())
-            user.wait(lambda: user.type(b"s") or [car.wheels for car in cars] == [(0, 0)] * 2)
+            # No other key ends them: no text, an arrow, one that a terminal sends with Alt in eight bits.
+            user.type(b"\xff\xf3\xc3\x1b[A\x1bOBs")
             user.wait_for("stopped")
             user.type(b"q")
             user.wait(lambda: user.process.poll() is not None)
             assert (user.process.returncode, echoes()) == (0, True)
+            # Where a terminal is asked what it is, and gives no answer, the keys of ten seconds are lost.
+            assert WHERE_QUERY not in user.seen

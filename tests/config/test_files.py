@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from motorcade.config.files import locked, read_bytes, replace_file
-from motorcade.errors import MotorcadeError
+from motorcade.config.files import locked, parse, read_bytes, replace_file
+from motorcade.errors import InputError, MotorcadeError
 
 
 def test_a_file_is_replaced_whole_and_nothing_else_is_left(tmp_path):
@@ -81,3 +81,11 @@ def test_a_lock_holds_though_its_file_is_deleted(tmp_path):
 def test_a_file_without_an_end_is_not_read_to_its_end():
     with pytest.raises(MotorcadeError, match="more than 1 MiB"):
         read_bytes(Path("/dev/zero"), 1 << 20)
+
+
+def test_a_file_of_toml_that_takes_long_to_read_is_refused():
+    """A list of cars or a profile that somebody left in a folder keeps no stop waiting."""
+    assert parse("\n" * (1 << 20), "TOML", "cars.toml") == {}
+    with pytest.raises(InputError, match=r"cars\.toml has more than 1 MiB"):
+        parse("\n" * (1 << 20) + "a = 1", "TOML", "cars.toml")
+    assert parse(" " * (1 << 21) + "1", "JSON", "mat.json") == 1

@@ -52,9 +52,6 @@ REQUESTS = {
 # A page is sent the class at most so often; the teacher's at least every few seconds, since it shows ages.
 _PUPIL_EVERY_S, _TEACHER_EVERY_S, _TEACHER_LATEST_S = 0.1, 0.25, 5.0
 
-# So much of a file is sent at once.
-_PART_BYTES = 1 << 16
-
 
 def make_class_app(settings: ClassServerSettings, folder: ClassFolder) -> ASGIApp:
     """Return the whole server of a class, as an ASGI application; the folder is locked for this process."""
@@ -213,7 +210,7 @@ async def _work(running: RunningClass, request: Request) -> Response:
 
     def parts() -> Iterator[bytes]:
         with file:
-            while part := file.read(_PART_BYTES):
+            while part := file.read(1 << 16):
                 yield part
 
     headers = {"content-disposition": 'attachment; filename="class.zip"'}

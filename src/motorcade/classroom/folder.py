@@ -263,13 +263,16 @@ def work_file(folder: ClassFolder, pupils: Iterable[Pupil], title: str, language
     Nobody else can open it, and it is gone when it is closed, or the server ends. A file that can't be read is left
     out; the page says so. Raises MotorcadeError where the disk is full.
     """
-    with raised_as("work-not-collected", OSError), ExitStack() as failing:
-        file = failing.enter_context(tempfile.TemporaryFile(prefix="motorcade-"))
-        with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
-            works = [_add(archive.writestr, folder, pupil) for pupil in pupils]
-            archive.writestr(_OVERVIEW, overview(works, title, language))
-        file.seek(0)
-        failing.pop_all()
+    with raised_as("work-not-collected", OSError):
+        file = tempfile.TemporaryFile(prefix="motorcade-")  # noqa: SIM115 - who reads it closes it
+        try:
+            with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+                works = [_add(archive.writestr, folder, pupil) for pupil in pupils]
+                archive.writestr(_OVERVIEW, overview(works, title, language))
+            file.seek(0)
+        except BaseException:
+            file.close()
+            raise
         return file
 
 

@@ -115,7 +115,8 @@ def main() -> NoReturn:
             print_note(translated("usage-help", problem=_usage_sentence(message), command=path))
         sys.exit(USAGE)
     except typer.Abort:
-        sys.exit(1)
+        # At a question.
+        sys.exit(STOPPED)
 
 
 def _open_closed_streams() -> None:
@@ -126,10 +127,13 @@ def _open_closed_streams() -> None:
 
 
 def _use_utf8() -> None:
-    """Write UTF-8 into files and pipes on every system; a terminal shows '?' for what it can't show."""
-    for stream in (sys.stdout, sys.stderr):
+    """Write UTF-8 into files and pipes on every system; a terminal shows '?' for what it can't show.
+
+    What is typed may be no text: then a sign stands for it, and what comes behind it is read.
+    """
+    for stream in (sys.stdin, sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            if stream.isatty():
+            if stream.isatty() or stream is sys.stdin:
                 stream.reconfigure(errors="replace")
             else:
                 stream.reconfigure(encoding="utf-8", errors="backslashreplace")

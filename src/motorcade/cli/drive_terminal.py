@@ -27,6 +27,14 @@ def check_terminal() -> None:
         raise MotorcadeError("keyboard-needs-terminal")
 
 
+class KeyTerminal(Terminal):
+    """A terminal whose keys are read whatever bytes come: what is no text, such as Alt and a letter, is another key."""
+
+    def __init__(self, force_styling: bool | None = False) -> None:
+        super().__init__(force_styling=force_styling)
+        self._keyboard_decoder = type(self._keyboard_decoder)("replace")
+
+
 class KeyStick:
     """Make axes of keys.
 
@@ -69,7 +77,7 @@ class DriveTerminal:
     def __init__(self, car: str, throttle: float, hold_s: float) -> None:
         self._car = car
         self._throttle = throttle
-        self._terminal = Terminal()
+        self._terminal = KeyTerminal()
         self._stick = KeyStick(hold_s)
         self._drives = self._is_done = False
         self._hold_s = hold_s

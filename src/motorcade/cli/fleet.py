@@ -208,8 +208,8 @@ def _reading_keys(pressed: Callable[[str], object]) -> Iterator[None]:
     over = threading.Event()
 
     def read() -> None:
-        # It asks the terminal what it is, and waits for seconds where that doesn't answer.
-        terminal = Terminal()
+        # Without styles it doesn't ask the terminal what it is, nor swallow keys for seconds where that doesn't answer.
+        terminal = KeyTerminal(force_styling=None)
         with terminal.cbreak():
             while not over.is_set():
                 if key := terminal.inkey(timeout=_DRAW_S):
@@ -217,7 +217,7 @@ def _reading_keys(pressed: Callable[[str], object]) -> Iterator[None]:
 
     thread = threading.Thread(target=read, daemon=True)
     with suppress(ModuleNotFoundError):
-        from blessed import Terminal
+        from motorcade.cli.drive_terminal import KeyTerminal
 
         if sys.stdin and sys.stdin.isatty():
             thread.start()

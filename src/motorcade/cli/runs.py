@@ -25,7 +25,7 @@ from motorcade.cli.output import (
 )
 from motorcade.errors import InputError, MotorcadeError, Phrase
 from motorcade.extras import needs_extra
-from motorcade.outcomes import PROGRAM_ERROR
+from motorcade.outcomes import PROGRAM_ERROR, STOPPED
 
 if TYPE_CHECKING:
     from motorcade.config.profile import Profile
@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from motorcade.mats import Mat
     from motorcade.runs.recording import Recording
 
-# The exit code of a sweep that Ctrl-C ended.
-_STOPPED = 130
 # Kinds of events that come many times a second.
 _ON_THE_AIR = ("frame", "heard")
 
@@ -282,6 +280,6 @@ def ended_by_sentences(output: Path, part: str = "sweep") -> Iterator[None]:
             yield
     except KeyboardInterrupt:
         print_note(translated(f"{part}-is-stopped", table=output))
-        raise typer.Exit(_STOPPED) from None
+        raise typer.Exit(STOPPED) from None
     except OSError as problem:
         raise MotorcadeError("file-not-usable", file=problem.filename or output, reason=problem) from None

@@ -23,6 +23,7 @@ from motorcade.cli.output import (
     sentence_of,
     translated,
 )
+from motorcade.config.files import raised_as
 from motorcade.errors import InputError, MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 
@@ -113,7 +114,6 @@ def _calibrate(
     as_json: options.Json = False,
 ) -> None:
     from motorcade.config.calibration import CalibrationMove, measured_profile, profile_text, told
-    from motorcade.config.files import raised_as
     from motorcade.service.calibration import move_image
 
     options.exclude_each_other(port=port, no_upload=no_upload)
@@ -162,8 +162,8 @@ def _measured(send: "Callable[[CalibrationMove], None]") -> "Calibration":
         question = translated("calibrate-angle" if move.turns else "calibrate-way")
         try:
             answer = str(typer.prompt(question, err=True))
-        except typer.Abort:
-            if sys.stdin.isatty():
+        except typer.Abort as ended:
+            if sys.stdin.isatty() or isinstance(ended.__context__, KeyboardInterrupt):
                 raise
             raise InputError("reading-missing", move=move.title) from None
         if answer.strip() == _BACK and readings:
@@ -438,7 +438,8 @@ def _wifi_settings(
     if dry_run:
         password = ""
     else:
-        password = typer.prompt(prompt, hide_input=True, err=True)
+        with raised_as("password-no-text", UnicodeDecodeError):
+            password = typer.prompt(prompt, hide_input=True, err=True)
     return settings | {"wifi": {"ssid": name, "password": password}}
 
 

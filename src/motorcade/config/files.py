@@ -21,6 +21,8 @@ Kind = Literal["TOML", "JSON"]
 DEEPEST = 100
 # No document, project or image has more.
 MOST_BYTES = 1 << 24
+# Python's reader of TOML takes a second and more for so many characters.
+_MOST_OF_TOML = 1 << 20
 _LONGEST_KEY = 40
 _UTF_16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 # What a bracket or a line's end of TOML may stand in, and brackets and lines' ends; strings and comments come whole.
@@ -108,13 +110,16 @@ def parse(data: bytes | str, kind: Kind, file: str | Phrase, deepest: int | None
     """Return the document in a file's bytes or text; ``file`` is what errors call it.
 
     Raises MotorcadeError: file-syntax, with the reason, where it is not TOML or JSON, no text or nested deeper than
-    ``deepest`` (None: than Python's reader goes); duplicate-key where JSON has a key twice in one pair of braces.
+    ``deepest`` (None: than Python's reader goes); file-too-large, where TOML has more than a million characters;
+    duplicate-key where JSON has a key twice in one pair of braces.
     """
     try:
         if isinstance(data, bytes):
             data = decoded(data)
         # Raises where it has half a surrogate pair, which no sentence about it could hold.
         data.encode()
+        if kind == "TOML" and len(data) > _MOST_OF_TOML:
+            raise InputError("file-too-large", file=file, mebibytes=_MOST_OF_TOML >> 20)
         document = _from_toml(data) if kind == "TOML" else _from_json(data, file)
         if deepest is None or not is_deeper(document, deepest):
             return document

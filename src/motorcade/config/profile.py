@@ -211,7 +211,12 @@ def load_profile(name: str, folder: Path = Path()) -> Profile:
     """
     if not name.endswith(".toml"):
         return built_in_profile(name)
-    return parse_profile(read_text(folder / name, Phrase("profile-file", name=name[:40])), name)
+    path = folder / name
+    file = Phrase("profile-file", name=name[:40])
+    if path.is_fifo():
+        # A project of a stranger may name it, and a FIFO would keep its reader for ever.
+        raise InputError("unreadable-file", file=file, reason=Phrase("no-regular-file"))
+    return parse_profile(read_text(path, file), name)
 
 
 def parse_profile(text: str, name: str) -> Profile:

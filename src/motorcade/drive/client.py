@@ -387,10 +387,7 @@ class DriveClient:
         if self._problem and (not self._was_reached or isinstance(self._problem, CarRefusesError)):
             return self._problem
         seconds = f"{_now_s() - self._away_since_s:.0f}"
-        details = {}
-        if self._problem:
-            details = self._problem.details
-        detail = details.get("detail") or Phrase("gives-no-answer")
+        detail = (self._problem and self._problem.details.get("detail")) or Phrase("gives-no-answer")
         return AwayError("away", car=str(self._address), seconds=seconds, detail=detail)
 
 

@@ -146,8 +146,7 @@ def read_telemetry(frame: dict[str, Any]) -> tuple["Telemetry", dict[str, Any]]:
 
 
 # What every reader of JSON holds exactly: a page, too.
-_MOST = (1 << 53) - 1
-_Number = Annotated[int, msgspec.Meta(ge=-_MOST, le=_MOST)]
+_Number = Annotated[int, msgspec.Meta(ge=-(10**15), le=10**15)]
 _OnOff = Annotated[int, msgspec.Meta(ge=0, le=1)]
 
 

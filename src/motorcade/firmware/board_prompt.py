@@ -7,7 +7,7 @@ import struct
 from ast import literal_eval
 from collections.abc import Callable, Iterator
 from threading import Timer
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 import msgspec
 import serial
@@ -24,8 +24,8 @@ _CHUNK_BYTES = 1024
 _ANSWER_WITHIN_S = 5
 # mpremote reads until a device pauses; one that never does is hung up, while it is to show its prompt, and later.
 _PROMPT_WITHIN_S, _DONE_WITHIN_S = 15, 120
-# What a text that is no list of facts raises: it may be anything, nested however deep.
-_NO_FACTS = (SyntaxError, ValueError, TypeError, RecursionError, MemoryError, msgspec.ValidationError)
+# What pyserial raises where a port is closed meanwhile.
+_CLOSED = (OSError, AttributeError, TypeError)
 _FACTS = """import os, sys
 space = os.statvfs('/')
 bytecode = getattr(sys.implementation, '_mpy', 0) & 255
@@ -57,7 +57,7 @@ class Facts(NamedTuple):
 
     platform: str
     version: tuple[int, ...]
-    block_bytes: Annotated[int, msgspec.Meta(ge=1)]
+    block_bytes: int
     free_bytes: int
     bytecode: int
     machine: str = ""
@@ -104,7 +104,7 @@ class BoardPrompt:
         """Return the path of each file under ``folder`` and its number of bytes."""
         with self._converting_errors(folder):
             lines = self._transport.exec(_LISTING.format(folder)).decode().splitlines()
-            return msgspec.convert(dict(literal_eval(line) for line in lines), dict[str, int])
+            return dict(literal_eval(line) for line in lines)
 
     def checksum(self, path: str) -> bytes | None:
         """Return SHA-256 of the file at ``path``; None where there is none."""
@@ -156,8 +156,8 @@ class BoardPrompt:
                 # Hide what mpremote prints about a failure.
                 with contextlib.redirect_stdout(io.StringIO()):
                     self._transport.enter_raw_repl(timeout_overall=_ANSWER_WITHIN_S)
-            except (TransportError, OSError) as problem:
-                if is_last or isinstance(problem, OSError):
+            except (TransportError, *_CLOSED) as problem:
+                if is_last or isinstance(problem, _CLOSED):
                     raise TransferError("no-micropython-answers", port=self.port) from None
             else:
                 return
@@ -166,7 +166,6 @@ class BoardPrompt:
     def _within(self, seconds: float) -> Iterator[None]:
         """Close the port where the block takes longer."""
         late = Timer(seconds, self.close)
-        late.daemon = True
         late.start()
         try:
             yield
@@ -185,7 +184,18 @@ class BoardPrompt:
             raise TransferError(
                 "install-failed", port=self.port, path=path, reason=reason[0] if reason else "?"
             ) from None
-        except (TransportError, serial.SerialException, struct.error, *_NO_FACTS):
+        except (
+            TransportError,
+            serial.SerialException,
+            struct.error,
+            SyntaxError,
+            ValueError,
+            AttributeError,
+            TypeError,
+            RecursionError,
+            MemoryError,
+            msgspec.ValidationError,
+        ):
             raise TransferError("install-cut-off", port=self.port) from None
         except OSError as problem:
             if isinstance(problem, ConnectionError) or not problem.errno or problem.errno == 5:

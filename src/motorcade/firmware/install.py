@@ -142,7 +142,7 @@ def _check_room(port: str, facts: Facts, differing: dict[str, bytes], stale: dic
 
 def _room(size: int, facts: Facts) -> int:
     """Return how many bytes of flash a file of ``size`` bytes takes: it begins at a new block."""
-    return -(-size // facts.block_bytes) * facts.block_bytes
+    return -(-size // max(1, facts.block_bytes)) * facts.block_bytes
 
 
 def _copy(

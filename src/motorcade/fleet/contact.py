@@ -318,7 +318,7 @@ class DriveContact(Contact):
             telemetry = self._client.telemetry
         if telemetry is None:
             return known
-        return known._replace(state=safe_name(telemetry.state or ""), battery_mv=telemetry.battery_mv, away=False)
+        return known._replace(state=telemetry.state, battery_mv=telemetry.battery_mv, away=False)
 
     async def ask(self, kind: str, name: str = "") -> None:
         raise TransferError("car-only-drives", car=self.name)

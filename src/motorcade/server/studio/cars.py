@@ -119,11 +119,11 @@ class CarList:
             yield
         finally:
             self._pages -= 1
-            while self._pages == 0 and self._loads:
+            while not self._pages and self._loads:
                 # A page that is loaded anew finds its uploads at their end; until then it sees the cars and stops them.
                 await asyncio.wait(self._loads)
             async with self._lock:
-                if self._pages == 0 and self._is_looking:
+                if not self._pages and self._is_looking:
                     self._is_looking = False
                     await self._resources.aclose()
 
