@@ -33,7 +33,7 @@ from motorcade.words.request import (
 )
 from motorcade.words.upload import READBACK_REQUEST, error_line, ok_line
 
-PORT = 7001
+PORT, BAUD = 7001, 115200
 # What becomes of a check request, and of an image, besides that the car does what it has to.
 CHECK_FAULTS = ("mute", "busy", "old-number", "other-checksum", "noise", "hangs-up")
 IMAGE_FAULTS = (
