@@ -17,7 +17,7 @@ from tests.faults.lines import SocketPort
 from tests.faults.loop import SimulatedLoop
 from tests.faults.network import Network
 from tests.faults.room_cars import multicast, multicast_of
-from tests.faults.shelf_cars import PORT, ShelfCar, ShelfDriveCar
+from tests.faults.shelf_cars import BAUD, PORT, ShelfCar, ShelfDriveCar
 from tests.faults.system import THREADS, Time, in_threads, replaced
 from tests.faults.world import Process, World
 
@@ -119,6 +119,7 @@ class Shelf:
 
     def opened(self, port: str, **options: object) -> Any:
         """What pyserial opens."""
+        self.keep("only-ports", options.get("baudrate") == BAUD, f"{port} is opened with {options}")
         return SocketPort(self.network, self.cars[-1].host, self.cars[-1].port)
 
 

@@ -33,7 +33,7 @@ from motorcade.words.request import (
 )
 from motorcade.words.upload import READBACK_REQUEST, error_line, ok_line
 
-PORT = 7001
+PORT, BAUD = 7001, 115200
 # What becomes of a check request, and of an image, besides that the car does what it has to.
 CHECK_FAULTS = ("mute", "busy", "old-number", "other-checksum", "noise", "hangs-up")
 IMAGE_FAULTS = (
@@ -75,6 +75,8 @@ class ShelfCar:
         self.came = b""
         # A car of 2018 refuses a check request, or takes it for a program in which nothing moves.
         self.knows_no_checks = self.takes_requests = False
+        # What it refuses, by the kind of a request, and why.
+        self.refuses: dict[str, str] = {}
         self.lines: list[_Line] = []
         self.process: Process | None = None
 
@@ -110,6 +112,8 @@ class ShelfCar:
         """Do a request, and answer it."""
         if request.kind in (STOP, GO) and not self.ignores_orders:
             self.state = "stopped" if request.kind == STOP else "runs"
+        if request.kind in self.refuses:
+            return error_line(self.refuses[request.kind])
         if self.is_mute or (self.ignores_orders and request.kind in (STOP, GO)):
             return b""
         fields: list[tuple[str, Any]] = [("name", self.name), ("number", f"{self.number:x}"), ("role", self.role)]

@@ -4,7 +4,7 @@ import asyncio
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tests.faults.shelf_cars import CHECK_FAULTS, IMAGE_FAULTS
+from tests.faults.shelf_cars import BAUD, CHECK_FAULTS, IMAGE_FAULTS
 from tests.faults.uploads import drawn_image
 
 from motorcade.errors import MotorcadeError, Phrase
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from tests.faults.shelf import Shelf
     from tests.faults.shelf_cars import ShelfCar
 
-_BAUD, _TRIES = 115200, 3
+_TRIES = 3
 # What a car does in each try, what is said then, and what it holds.
 _REASONS = (
     ("mute", "no-answer-at-address", "old"),
@@ -39,11 +39,13 @@ async def upload(run: "Shelf") -> None:
         if run.random.random() < 0.5:
             car.checks = [run.random.choice(CHECK_FAULTS) for _ in range(run.random.randint(0, 3))]
         car.images = [run.random.choice(IMAGE_FAULTS) for _ in range(run.random.randint(0, 3))]
+        # A board that never stops sending gets the upload nevertheless.
+        car.chatter_s = run.random.choice((0.0, 0.0, 0.0, 1e9))
         await _upload(run, car)
         car.checks.clear()
         car.images.clear()
         image = drawn_image(run.random)
-        await run.in_thread(lambda image=image: serial_port.upload("port", image, _BAUD))
+        await run.in_thread(lambda image=image: serial_port.upload("port", image, BAUD))
         run.keep("goes-on", car.held == image, "a healthy car isn't loaded")
         car.end()
 
@@ -55,7 +57,7 @@ async def _upload(run: "Shelf", car: "ShelfCar") -> None:
     begin_s = run.world.now_s
     try:
         await run.in_thread(
-            lambda: serial_port.upload("port", image, _BAUD, progress=steps.append, retrying=retries.append)
+            lambda: serial_port.upload("port", image, BAUD, progress=steps.append, retrying=retries.append)
         )
         told = "new"
     except MotorcadeError as problem:
@@ -88,7 +90,7 @@ async def say_why(run: "Shelf") -> None:
             car.checks = [fault] * 9
         car.shows = fault == "shows"
         try:
-            await run.in_thread(lambda: serial_port.upload("socket://car:7001", image, _BAUD))
+            await run.in_thread(lambda: serial_port.upload("socket://car:7001", image, BAUD))
         except MotorcadeError as problem:
             phrase = problem.details.get("holds")
             told = problem.code, phrase.key.removeprefix("car-holds-") if phrase else ""
@@ -102,13 +104,13 @@ async def no_answer(run: "Shelf") -> None:
     """Without an answer nothing is verified; nobody says that a car holds what it may not."""
     car, image = run.car(), drawn_image(run.random)
     car.checks, car.images = ["mute"] * 9, ["mute"] * 9
-    said = await run.in_thread(lambda: serial_port.upload("port", image, _BAUD, verify=False))
+    said = await run.in_thread(lambda: serial_port.upload("port", image, BAUD, verify=False))
     run.keep("verified", "verified" in said and "not" in said, said)
     run.keep("verified", car.got == len(image), f"{car.got} of {len(image)} bytes are sent without a check")
     for old in (False, True):
         car.knows_no_checks, car.images = old, ["mute"] * 9
         try:
-            await run.in_thread(lambda: serial_port.upload("port", image, _BAUD))
+            await run.in_thread(lambda: serial_port.upload("port", image, BAUD))
         except MotorcadeError as problem:
             run.keep("verified", problem.code == "no-answer", problem.code)
         else:
@@ -123,7 +125,7 @@ async def read_back(run: "Shelf") -> None:
     car.images = [run.random.choice(("damages", "mute")) for _ in range(run.random.randint(0, 4))]
     faults = list(car.images)
     try:
-        image = await run.in_thread(lambda: serial_port.readback("port", _BAUD))
+        image = await run.in_thread(lambda: serial_port.readback("port", BAUD))
     except MotorcadeError as problem:
         run.keep("verified", len(faults) >= _TRIES, f"behind {faults}: {problem}")
     else:
@@ -135,7 +137,7 @@ async def files(run: "Shelf") -> None:
     """No file is a port, whoever names it; a port is this program's alone while it is open."""
     car = run.car()
     for port in (__file__, str(Path(__file__).parent), "/dev/null/x", "socket://", "rfc2217://car:7001", ""):
-        for act in (lambda: serial_port.readback(port, _BAUD), lambda: serial_port.upload(port, car.first, _BAUD)):  # noqa: B023
+        for act in (lambda: serial_port.readback(port, BAUD), lambda: serial_port.upload(port, car.first, BAUD)):  # noqa: B023
             try:
                 await run.in_thread(act)
             except MotorcadeError as problem:
