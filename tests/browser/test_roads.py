@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import FloatRect, Locator, expect
 
 from motorcade.mats.model import Line, path_of
-from support.studio_page import StudioPage
+from support.studio_page import DESKTOP, PHONE, StudioPage
 from support.studio_programs import PAIR
 from support.waiting import wait_until
 
@@ -110,9 +110,13 @@ def loop_in_town() -> list[tuple[float, float]]:
     ]
 
 
-@pytest.mark.parametrize("touches", [pytest.param(False, marks=pytest.mark.soak), True], ids=["mouse", "touch"])
-def test_a_beginner_draws_a_road_that_a_convoy_follows_with_few_taps(open_page, touches) -> None:
-    studio = open_page(plain=True, level="start", has_touch=touches)
+@pytest.mark.parametrize(
+    ("size", "touches"),
+    [pytest.param(DESKTOP, False, marks=pytest.mark.soak), (DESKTOP, True), (PHONE, True)],
+    ids=["mouse", "touch", "phone"],
+)
+def test_a_beginner_draws_a_road_that_a_convoy_follows_with_few_taps(open_page, size, touches) -> None:
+    studio = open_page(plain=True, level="start", size=size, has_touch=touches)
     taps = 1  # It ends the tour.
 
     def tap(thing: Locator, **more: Any) -> None:
@@ -120,12 +124,16 @@ def test_a_beginner_draws_a_road_that_a_convoy_follows_with_few_taps(open_page, 
         taps += 1
         studio.press(thing, **more)
 
-    tap(studio.page.get_by_role("tab", name=studio.say("drawer.things"), exact=True))
+    things = studio.page.get_by_role("tab", name=studio.say("drawer.things"), exact=True)
+    tap(things)
     tap(studio.mat_button("drawRoad"))
     at = town_in(studio)
     studio.stroke([at(x, y) for x, y in loop_in_town()])
     taps += 1
     tap(studio.mat_button("putConvoy").first)
+    if size == PHONE:
+        # There the drawer has the room of the blocks.
+        tap(things)
     # What the stage has, the first level's palette has.
     tap(studio.editor("leader").get_by_role("treeitem", name=studio.say("drawers.sense"), exact=True))
     follow = studio.say("startBlocks.follow_line").partition("\n")[0]
