@@ -49,14 +49,14 @@ def test_an_image_has_steps_that_are_allowed_where_its_program_has(name):
 @given(st.integers(0, 1 << 40))
 def test_the_steps_of_any_image_may_come_from_the_kinds_of_its_program(seed):
     program = DrawnLeader(seed).program
-    image = compile_program(program).image
+    compiled = compile_program(program)
     steps = [step for _, step in placed_steps(program)]
     # A drive's 'unless' and what ends a step have kinds of their own; LED 0 for 0 s is no step in an image.
     kinds = {beside.kind for step in steps for beside in (step, *reactions_of(step))} | {"together"}
     kinds |= {"if" for step in steps if step.until is not None}
     mission = MISSIONS["guard-dog"]
     mission = replace(mission, document={**mission.document, "steps": sorted(kinds)})
-    assert not image or image_steps(mission, image).met
+    assert not compiled.words or image_steps(mission, compiled.image).met
 
 
 def test_an_image_of_other_steps_than_those_allowed_is_refused():

@@ -105,7 +105,7 @@ Look = Callable[[Sight], None]
 
 # An image doesn't say which steps its program has: the kinds that may make the same words as another one does.
 _SAME_WORDS = {
-    "repeat": {"if", "do"},
+    "repeat": {"if", "do", "set", "change", "tell"},
     "if": {"repeat", "do"},
     "flow": {"if", "repeat", "do"},
     "wait": {"drive"},
