@@ -25,7 +25,7 @@ _ANSWER_WITHIN_S = 5
 # mpremote reads until a device pauses; one that never does is hung up, while it is to show its prompt, and later.
 _PROMPT_WITHIN_S, _DONE_WITHIN_S = 15, 120
 # What pyserial raises where a port is closed meanwhile.
-_CLOSED = (OSError, AttributeError, TypeError)
+_CLOSED = (OSError, AttributeError, TypeError, ValueError)
 _FACTS = """import os, sys
 space = os.statvfs('/')
 bytecode = getattr(sys.implementation, '_mpy', 0) & 255
