@@ -93,6 +93,17 @@ async def test_whatever_is_announced_before_it_a_drive_server_is_stopped(lies):
 
 
 @in_loop
+async def test_a_drive_server_whose_telemetry_is_not_ours_is_stopped_too(monkeypatch):
+    with DrivenCar() as car:
+        ours = car.control.telemetry
+        monkeypatch.setattr(car.control, "telemetry", lambda: ours()._replace(state="asleep"))
+        async with Cars() as cars:
+            cars.order(STOP)
+            cars.add(found(HOST, car.port, DRIVE, car.telemetry_port))
+            await until(lambda: ours().state == "stopped", PATIENCE_S)
+
+
+@in_loop
 async def test_a_drive_server_that_answers_keeps_its_connection_and_a_silent_one_is_asked_anew(monkeypatch):
     begun = []
 

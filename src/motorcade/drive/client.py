@@ -63,6 +63,7 @@ class DriveClient:
         telemetry: the latest `Telemetry`; None before the first, and while the car can't be reached.
         you: what the car sent with it about this client: its ``name``, whether it ``drives``, and what became of its
             commands, by the names of `motorcade.drive.wire.COUNTS`.
+        is_strange: whether the car has ever sent telemetry that isn't ours, which ends the connection.
 
     Raises:
         MotorcadeError: ``keys`` can't be used, or there is no port for telemetry.
@@ -96,6 +97,7 @@ class DriveClient:
         self._switch = DeadmanSwitch(round(fresh_s * 1000), rearm)
         self.telemetry: Telemetry | None = None
         self.you: dict[str, Any] = {}
+        self.is_strange = False
         self._connection: Connection | None = None
         self._changed = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
@@ -227,6 +229,11 @@ class DriveClient:
         self._switch.order()
         await self._ask("stop")
 
+    async def stop_strange(self) -> None:
+        """Stop a car whose telemetry isn't ours; nobody learns whether it did. Raises DriveError, OSError."""
+        async with connected(self._address) as connection, asyncio.timeout(_SILENT_S):
+            await connection.ask(do="stop")
+
     async def clear(self) -> None:
         """Lift the emergency stop."""
         await self._ask("clear")
@@ -294,7 +301,11 @@ class DriveClient:
         async for frame in connection.telemetry():
             self._received_s = _now_s()
             self._has_telemetry = True
-            self.telemetry, you = read_telemetry(frame)
+            try:
+                self.telemetry, you = read_telemetry(frame)
+            except ValueError:
+                self.is_strange = True
+                raise
             self._note_self(you, connection)
             if self.telemetry.state in ("failsafe", "disarmed"):
                 self._switch.receive_failsafe(_ticks())

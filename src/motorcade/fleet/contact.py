@@ -358,6 +358,10 @@ class DriveContact(Contact):
                             await client.clear()
                         if self.wanted == kind:
                             self.wanted = ""
+                if client.is_strange and self.wanted == STOP:
+                    # A newer car's telemetry is no reason to let it drive on.
+                    with suppress(MotorcadeError, OSError, EOFError):
+                        await client.stop_strange()
                 if place.found and client.problem and not self.has_answered:
                     return
                 await asyncio.sleep(_ORDER_S)
