@@ -27,6 +27,8 @@ _REASONS = (
     ("stores-hangs-up", "connection-broke", "either"),
     ("other-uploader", "no-answer-at-address", "neither"),
 )
+# Another upload will change what the car has; or what answers shows itself as something else.
+_UNHELD = ("car-busy", "runs-something-else")
 # So long an upload may take that fails in all its tries.
 _MOST_S = 40.0
 
@@ -64,7 +66,7 @@ async def _upload(run: "Shelf", car: "ShelfCar") -> None:
         phrase = problem.details.get("holds")
         told = phrase.key.removeprefix("car-holds-") if phrase else ""
         run.keep("says-why", bool(problem.sentence("zh")), problem.code)
-        run.keep("says-what-it-holds", bool(phrase) or "busy" in problem.code, f"{faults}: {problem}")
+        run.keep("says-what-it-holds", bool(phrase) or problem.code in _UNHELD, f"{faults}: {problem}")
     run.keep("upload-ends", run.world.now_s - begin_s < _MOST_S, f"behind {faults}: {run.world.now_s - begin_s:.0f} s")
     if not faults[0] and len(faults[1]) < _TRIES and set(faults[1]) <= {"mute", "hangs-up", "same-length"}:
         is_new = told == "new" or "hangs-up" in faults[1]
