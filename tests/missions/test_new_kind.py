@@ -33,9 +33,9 @@ class FacesLeft(CarsGoal):
         return f"goal-{self.name}-lost", {"degrees": off}
 '''
 PHRASES = {
-    "goal-faces-left-end": "Face left: {who}",
-    "goal-faces-left-some-moment": "Face left once: {who}",
-    "goal-faces-left-always": "Always face left: {who}",
+    "goal-faces-left-end": "Face left",
+    "goal-faces-left-some-moment": "Face left once",
+    "goal-faces-left-always": "Always face left",
     "goal-faces-left-lost": "{car} is {degrees:.0f} off{tally}",
     "goal-faces-left-lost-tally": "; {done} of {count} are not",
 }
@@ -106,7 +106,7 @@ def test_a_declared_kind_is_judged_tried_and_graded(copy):
     )
     assert ran.returncode == 0, ran.stderr
     told = json.loads(ran.stdout)
-    assert (told["asks"], told["kinds"], told["schema"]) == ("Face left once: the car", True, True)
+    assert (told["asks"], told["kinds"], told["schema"]) == ("Face left once", True, True)
     turns, drives = told["runs"]
     assert (turns["stars"], turns["met"]) == ([1, 2, 3], [True, True, True])
     assert (drives["stars"], drives["met"], drives["why"]) == ([], [False, False, True], "the car is 90 off")

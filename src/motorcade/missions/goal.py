@@ -295,7 +295,7 @@ class GoalKind(ABC):
 
     @classmethod
     def asks(cls, goal: Goal, details: dict[str, Any]) -> Phrase:
-        """What a goal asks for; ``details`` are its values, and ``who``, ``zone`` and ``led`` by name."""
+        """What a goal asks of its cars; ``details`` are its values, and ``zone`` and ``led`` by name."""
         when = ""
         if "at" in goal.values:
             when = f"-{goal.values['at']}"

@@ -224,8 +224,6 @@ def goal_phrase(goal: Goal, mission: Mission) -> Phrase | Wording:
     values = goal.values
     window = [name for name in ("from_s", "until_s") if name in values]
     details = {name: value for name, value in values.items() if name not in ("who", "zone", "share", "at", *window)}
-    if "who" in values:
-        details["who"] = kind.who(goal)
     if "zone" in values:
         details["zone"] = mission.zone(values["zone"]).title
     if "goal" in values:
@@ -233,6 +231,9 @@ def goal_phrase(goal: Goal, mission: Mission) -> Phrase | Wording:
     if "led" in values:
         details["led"] = lamp_name(values["led"])
     phrase = kind.asks(goal, details)
+    is_the_only_car = values.get("who") == "all" and len(goal.cars) == 1
+    if "who" in values and not is_the_only_car:
+        phrase = Phrase("goal-of", goal=phrase, who=kind.who(goal))
     if not window:
         return phrase
     times = {name: values[name] for name in window}
