@@ -12,6 +12,7 @@ from tests.faults.track_car import COMMANDS, FAILSAFE_S, TELEMETRY, Track
 from tests.faults.world import Process
 
 from motorcade.drive.client import DriveClient
+from motorcade.drive.wire import Telemetry, pack_frame
 from motorcade.errors import DriveError
 
 _PERIOD_S, _ARMS_S, _SILENT_S = 0.05, 0.6, 0.5
@@ -161,7 +162,8 @@ def _framed(text: bytes) -> bytes:
     return struct.pack(">I", len(text)) + text
 
 
-_FRAME = _framed(b'{"kind": "telemetry", "state": "ready", "you": {}}')
+_AT_REST = Telemetry("ready", 0, 0, 0, None, None, None, None, 0, 0, 0, 0, 0, "", 0, {})
+_FRAME = pack_frame({"kind": "telemetry", "you": {}} | _AT_REST._asdict())
 
 
 async def flood(run: Track) -> None:
