@@ -74,7 +74,7 @@ def test_the_wheel_has_the_firmware_for_boards(python, environment) -> None:
     copied = [Path(file["path"]) for file in json.loads(ran.stdout)["files"]]
     assert copied[-1] == Path("main.py")
     # .mpy files where mpy-cross is installed, else .py files.
-    assert Path("lib/motorcade/boards/micropython") in [path.with_suffix("") for path in copied]
+    assert Path("lib/motorcade/boards/on_chip/power_on") in [path.with_suffix("") for path in copied]
 
 
 def test_the_wheel_has_the_library_for_arduino(python, environment, tmp_path) -> None:

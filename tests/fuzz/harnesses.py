@@ -212,7 +212,7 @@ _ASKED = sorted(name for name, (kind, _) in REQUESTS.items() if kind in (Classro
 def class_messages(sent):
     room = with_pupils("Mia", "Ben", "小明", cars=["red"])
     pairs, now_s = Pairs(room), 0.0
-    pairs.begin("01", "02", "Ours")
+    pairs.begin("01", "02", pairs.add("Ours"))
     for name, text, who in sent:
         now_s += 1.0
         kind, exchange = REQUESTS[name]

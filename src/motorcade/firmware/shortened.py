@@ -1,8 +1,8 @@
 """Make a car's modules shorter and faster for a chip, and join them; they do the same.
 
 MicroPython looks a global name up each time that it is used, and one of another module twice. Therefore each integer
-constant takes the place of its name, and goes itself. Docstrings, annotations and what only a type checker reads go
-too, since a chip keeps names and texts in its memory.
+constant takes the place of its name, and goes itself; a shift by 0 and an added 0 go with it. Docstrings, annotations
+and what only a type checker reads go too, since a chip keeps names and texts in its memory.
 
 A constant is a name in capitals that its module binds once, outside of functions, to a number made of numbers and
 other constants.
@@ -285,6 +285,15 @@ class _Shortening(ast.NodeTransformer):
     def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
         replaced = self._replaced(node)
         return self.generic_visit(node) if replaced is node else replaced
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
+        self.generic_visit(node)
+        match node:
+            case ast.BinOp(op=ast.Add(), left=ast.Constant(value=0), right=other):
+                return other
+            case ast.BinOp(op=ast.Add() | ast.RShift(), left=other, right=ast.Constant(value=0)):
+                return other
+        return node
 
     def _replaced(self, node: ast.Name | ast.Attribute) -> ast.expr:
         if not isinstance(node.ctx, ast.Load):
