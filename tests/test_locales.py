@@ -310,3 +310,11 @@ def test_a_language_that_is_not_there_is_refused_with_those_that_are(third_langu
     ran = run("compile", PARADE, "--language", "tlh")
     assert (ran.code, ran.out) == (2, "")
     assert "'tlh' is not one of en, la, zh" in ran.err
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_an_address_ends_where_a_terminal_sees_its_end(language):
+    """A comma of full width, and what follows it, would be a part of the address that is clicked."""
+    catalogue = locales.catalogue(language)
+    texts = [text for part in ("errors", "phrases", "command_line") for text in catalogue[part].values()]
+    assert [text for text in texts if re.search(r"\{(url|addresses)\}[^\x00-\x7f]", text)] == []
