@@ -29,6 +29,7 @@ from motorcade.extras import install_command
 from motorcade.firmware import board_prompt, install
 from motorcade.firmware.car_files import LIBRARY, START, board_files, settings_of, templates
 from motorcade.firmware.install import compiled, default_pins
+from motorcade.imports import PACKAGE
 from support.command_line import Terminal, data, refusal, run
 from support.socket_lines import without_pauses
 from support.waiting import DEADLINE_S
@@ -159,6 +160,15 @@ def test_old_sources_are_removed_since_micropython_would_take_them_first(small_c
     with board(files=old) as at:
         data("install-firmware", "--port", at.port, "--json")
         assert at.look().files == {**small_car, "lib/motorcade/mine.py": b"# mine"}
+
+
+def test_a_library_on_the_board_stays_though_this_computer_has_one_of_its_name(small_car, monkeypatch, tmp_path):
+    """Where Motorcade is installed, other packages are beside it."""
+    (tmp_path / "requests.py").touch()
+    monkeypatch.setattr("motorcade.firmware.install.PACKAGE", tmp_path / PACKAGE.name)
+    with board(files={"/lib/requests.py": "# theirs"}) as at:
+        run("install-firmware", "--port", at.port)
+        assert at.look().files["lib/requests.py"] == b"# theirs"
         again = data("install-firmware", "--port", at.port, "--json")
         assert again["copied"] == 0
 

@@ -111,7 +111,8 @@ def install(
 
 def _is_ours(path: str) -> bool:
     """Return whether this is a module of Motorcade: MicroPython takes a .py file before the .mpy file of this car."""
-    return (PACKAGE.parent / path.removeprefix(f"/{LIBRARY}/")).with_suffix(".py").is_file()
+    folder = f"/{LIBRARY}/{PACKAGE.name}/"
+    return path.startswith(folder) and (PACKAGE / path.removeprefix(folder)).with_suffix(".py").is_file()
 
 
 def _chip(port: str, facts: Facts, chosen: PinMap | None) -> str:
