@@ -60,6 +60,16 @@ def test_a_car_that_cannot_send_follows_unless_it_is_told_to_lead(arguments, lea
     assert bool(done.err) == leads
 
 
+def test_a_car_without_infrared_leads_and_so_runs_its_own_words(tmp_path):
+    pins = tmp_path / "pins.toml"
+    pins.write_text(
+        'format = "motorcade-pins/1"\nname = "Alone"\nchip = "rp2040"\n[pir]\noutput = "GP2"\n', encoding="utf-8"
+    )
+    done = run("install-firmware", "--pins", pins, "--dry-run", "--json")
+    assert done.code == 0, done.err
+    assert json.loads(done.out)["settings"]["is_leader"]
+
+
 def test_a_command_makes_a_car_by_its_name(tmp_path):
     done = run("install-firmware", "--car", "Freenove-Pico", "--dry-run", "--json")
     settings = json.loads(done.out)["settings"]

@@ -311,14 +311,15 @@ def _wired(car: str, pins: Path | None) -> "PinMap | None":
 
 
 def _role(given: options.RoleName | None, wired: "PinMap | None") -> options.RoleName:
-    """Return the given role, else that of a leader where the car can send; say so where a leader can't."""
+    """Return the given role, else a follower's where the car can only receive; say so where a leader can't send."""
     from motorcade.firmware.shop import abilities
 
-    sends = wired is None or "leads" in abilities(wired)
-    if wired and given == "leader" and not sends:
-        print_note(translated("leader-sends-nothing", car=wired.name))
-    if given is None and not sends:
+    can = abilities(wired) if wired else ["leads"]
+    only_follows = "follows" in can and "leads" not in can
+    if given is None and only_follows:
         return "follower"
+    if wired and given == "leader" and only_follows:
+        print_note(translated("leader-sends-nothing", car=wired.name))
     return given or "leader"
 
 
