@@ -7,6 +7,7 @@ from functools import cache
 from pathlib import Path
 from string import Formatter
 
+import numpy as np
 import pytest
 from scripts.exports import markdown
 
@@ -318,3 +319,21 @@ def test_an_address_ends_where_a_terminal_sees_its_end(language):
     catalogue = locales.catalogue(language)
     texts = [text for part in ("errors", "phrases", "command_line") for text in catalogue[part].values()]
     assert [text for text in texts if re.search(r"\{(url|addresses)\}[^\x00-\x7f]", text)] == []
+
+
+@pytest.mark.parametrize(
+    ("key", "details", "sentence"),
+    [
+        ("shortest-found", {"blocks": 1, "runs": 900}, "1 block (900 runs)"),
+        ("shortest-found", {"blocks": 2, "runs": 1}, "2 blocks (1 run)"),
+        ("cars-run", {"cars": 1, "first": "car 1"}, "1 car runs; it is at car 1. Ctrl-C stops them."),
+        (
+            "sweep-was-done",
+            {"runs": 1, "table": "t", "done": 1, "tasks": np.int64(1)},
+            "1 run is in t; 1 of 1 task was done already.",
+        ),
+        ("lines-lost", {"count": 0}, "0 lines are not shown, since nobody took them in time."),
+    ],
+)
+def test_a_noun_beside_a_number_has_its_form(key, details, sentence):
+    assert locales.text("command_line", key, details, "en") == sentence

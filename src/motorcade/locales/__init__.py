@@ -13,7 +13,8 @@ A file has these parts:
 - ``meanings``: what each field of Motorcade's words means.
 - ``page``: the texts of the page; ``page.errors`` replaces a sentence of ``errors`` that speaks of the command line.
 
-``str.format`` fills the braces; the page's own texts have double braces, which the page fills.
+``str.format`` fills the braces; the page's own texts have double braces, which the page fills. ``{cars:car|cars}`` is
+the form of a noun or a verb beside a whole number: the first one where the number is 1.
 """
 
 import errno
@@ -90,10 +91,23 @@ def system_language() -> str:
     return FIRST
 
 
+class _Count(int):
+    """A whole number in a sentence, which chooses the form of what stands beside it."""
+
+    def __format__(self, how: str) -> str:
+        one, divider, other = how.partition("|")
+        if not divider:
+            return super().__format__(how)
+        return one if self == 1 else other
+
+
 def _told(value: Any, language: str, audience: str) -> Any:
     """Return a detail in the language of its sentence; an error inside it is for the same audience."""
     if isinstance(value, int) and value.bit_length() > _MOST_BITS:
         return f"{'-' if value < 0 else ''}2^{value.bit_length() - 1}"
+    # NumPy's numbers too.
+    if hasattr(value, "__index__") and not isinstance(value, bool):
+        return _Count(value)
     if audience and hasattr(value, "code"):
         return value.sentence(language, audience)
     if isinstance(value, OSError):

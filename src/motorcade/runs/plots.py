@@ -211,8 +211,7 @@ class MomentPictures:
     def draw(self, moment: Moment) -> Pixels:
         self._cars.show(moment, self._colours.of(moment.word, moment.runs))
         cars = len(moment.x_m)
-        key = "picture-film-of-one" if cars == 1 else "picture-film"
-        self._title.set_text(picture_text(key, mat=self._mat, cars=cars, t_s=moment.t_ms / 1000))
+        self._title.set_text(picture_text("picture-film", mat=self._mat, cars=cars, t_s=moment.t_ms / 1000))
         self._canvas.restore_region(self._still)
         for artist in (*self._cars.artists, self._title):
             self._axes.draw_artist(artist)
