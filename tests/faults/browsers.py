@@ -182,6 +182,10 @@ class LateBody:
     ) -> None:
         self._browser, self._reader, self._writer, self._body = browser, reader, writer, body
 
+    def hang_up(self) -> None:
+        """Leave without having sent the body."""
+        self._writer.transport.abort()
+
     async def end(self) -> tuple[str, Any]:
         """Send the body. Returns how the request ended, as `Browser.ask` does."""
         try:

@@ -38,6 +38,8 @@ _MOST_OF_AN_ADDRESS, _MOST_CONNECTIONS = 32 * 4 + 4, 512 + 4
 _MOST_WAITING_BYTES = 1 << 20
 # What the calendar of the class's computer shows at the beginning, in s since 1970.
 _EPOCH_S = 1_790_000_000.0
+# Of numbers from so many one in so many is drawn again: a class never sees that two pupils have one by chance.
+_LARGE, _AGAIN = 1000, 0.3
 _PAGE = Path(tempfile.gettempdir())
 # A password whose check takes no time: its cost is stored with it.
 _SALT = b"salt of the test"
@@ -165,6 +167,13 @@ class ClassComputer:
 
     def names(self) -> Replaced:
         random = self.random
+        drawn = [0]
+
+        def below(most: int) -> int:
+            """Draw as chance may: the same number again."""
+            if most < _LARGE or random.random() > _AGAIN:
+                drawn[0] = random.randrange(most)
+            return drawn[0] % most
 
         def answered(name: str, data: bytes, context: Any, most_s: float, given_up: Any) -> bytes:
             return respond(name, data, context)
@@ -176,7 +185,7 @@ class ClassComputer:
                 (class_folder, "Lock"): Lock,
                 (class_folder, "shutil"): SimpleNamespace(rmtree=self._remove_tree),
                 (class_running, "secrets"): SimpleNamespace(
-                    randbelow=random.randrange, token_urlsafe=lambda count: random.randbytes(count).hex()
+                    randbelow=below, token_urlsafe=lambda count: random.randbytes(count).hex()
                 ),
                 (class_names, "_COST"): 2,
                 (workers, "answer_in_process"): answered,

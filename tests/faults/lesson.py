@@ -13,6 +13,7 @@ from typing import Any
 
 from tests.faults import (
     lesson_cars,
+    lesson_clashes,
     lesson_doors,
     lesson_list,
     lesson_luck,
@@ -42,6 +43,8 @@ _MOST_WAITING_BYTES = 1 << 20
 CABLE, CAR = "", lesson_cars.CAR
 # Pages are sent a change at most so much later.
 _SHOWN_S = 0.6
+# Ages are shown every few seconds; a server that starts counts from its start on.
+_SHOWN_LATE_S, _STARTS_S = 8.0, 3.0
 _MARK = re.compile("# mark-[0-9]+-")
 _SESSION_KEY = re.compile("[0-9a-f]{32}")
 _HEADERS = ("content-security-policy", "x-content-type-options", "x-frame-options", "cache-control")
@@ -58,6 +61,7 @@ class Pupil:
         projects, missions: by name the texts of all versions, the oldest first.
         news: what came and wasn't seen: its number, kind, name and sender.
         gifts_s: when the pupil gave something, or asked for a partner.
+        opened: the mission of the world that the pupil opened last.
     """
 
     def __init__(self, answer: dict[str, Any], alike: str, browser: Browser) -> None:
@@ -72,6 +76,8 @@ class Pupil:
         self.told = 0
         self.mission: int | None = None
         self.hand = False
+        self.hand_s = 0.0
+        self.opened: str | None = None
         self.stars: dict[str, list[int]] = {}
         self.gifts_s: list[float] = []
         self.imported = False
@@ -120,6 +126,8 @@ class Lesson(ClassComputer):
         self.signed_in = [self.teacher]
         self.pupils: list[Pupil] = []
         self.out: list[Pupil] = []
+        # Browsers that were signed out, with a request and how it has to end.
+        self.gone: list[tuple[Browser, str, str]] = []
         self.pairs: list[LessonPair] = []
         self.paired = self.joined = 0
         self.title, self.is_open, self.stuck_minutes = "", True, 5
@@ -161,6 +169,7 @@ class Lesson(ClassComputer):
             *lesson_cars.ACTS,
             *lesson_luck.ACTS,
             *lesson_list.ACTS,
+            *lesson_clashes.ACTS,
         ]
 
     # Whatever anybody asks.
@@ -172,6 +181,14 @@ class Lesson(ClassComputer):
         browser = Browser(lambda data: self.see(browser, data), at)
         browser.note = self._note_path
         return browser
+
+    def twin(self, browser: Browser) -> Browser:
+        """Another tab of a browser."""
+        tab = self.new_browser()
+        tab.cookies = dict(browser.cookies)
+        if browser in self.whose:
+            self.whose[tab] = self.whose[browser]
+        return tab
 
     def _note_path(self, path: str, outcome: str) -> None:
         """Note which route of the server was asked, and how that ended."""
@@ -206,6 +223,8 @@ class Lesson(ClassComputer):
         self.world.keep("no-traceback", outcome not in ("internal", "unknown", "no-json"), f"{request}: {outcome}")
         lacking = [name for name in _HEADERS if name not in browser.head]
         self.world.keep("guarded-pages", not lacking, f"{request} is answered without {lacking}")
+        kept = browser.head.get("cache-control")
+        self.world.keep("guarded-pages", kept in ("no-store", None), f"a browser keeps {request}: {kept}")
         if outcome != DONE and isinstance(answer, dict):
             told = answer["error"]["sentence"]
             self.world.keep("says-why", bool(told.get("en") and told.get("zh")), f"{request}: no sentence")
@@ -236,10 +255,15 @@ class Lesson(ClassComputer):
         owners = {name_of(name) for name in folders}
         self.world.keep("ended-is-gone", owners <= self.may_have_folders(), f"{owners - self.may_have_folders()}")
 
+    def record(self) -> dict[str, Any]:
+        """What the class's file has."""
+        found: dict[str, Any] = json.loads(self.disk.find(self.folder / RECORD).data)
+        return found
+
     def check_file(self) -> None:
         """The class's file has what was answered, and no secret."""
         data = self.disk.find(self.folder / RECORD).data
-        record = json.loads(data)
+        record = self.record()
         names = [(each["id"], each["name"], each["number"]) for each in record["pupils"]]
         self.world.keep("answered-stays", names == [(each.id, each.name, each.number) for each in self.pupils], names)
         handed_out = (len(record["missions"]), record["handed"])
@@ -337,13 +361,28 @@ class Lesson(ClassComputer):
                 **{key: getattr(pupil, key) for key in ("id", "name", "avatar", "number")},
                 "online": bool(pupil.pages),
                 "stars": sum(map(len, pupil.stars.values())),
+                "mission": pupil.opened,
             }
             other = {key: (row.get(key), value) for key, value in known.items() if row.get(key) != value}
             self.world.keep("shows-what-is", not other, "the teacher's row of {}: {}", pupil.name, other)
             self.world.keep("shows-what-is", (row["hand_s"] is not None) == pupil.hand, f"{pupil.name}'s hand")
+            self._check_age(f"since {pupil.name} raises a hand", row["hand_s"] or 0, pupil.hand and pupil.hand_s)
+            self._check_age(f"since {pupil.name} is away", row["away_s"], not pupil.pages and pupil.left_s)
+            is_stuck = row["stuck_s"] is not None
+            may_be_stuck = pupil.opened and pupil.pages and row["stuck_s"] is not None
+            may_be_stuck = may_be_stuck and row["stuck_s"] >= 60 * self.stuck_minutes
+            self.world.keep("shows-what-is", bool(may_be_stuck) or not is_stuck, f"{pupil.name} is stuck: {row}")
         self.world.keep("shows-what-is", len(rows) == len(self.pupils), f"rows of {list(rows)}")
         own = {"title": self.title, "code": self.code, "is_open": self.is_open, "stuck_minutes": self.stuck_minutes}
         return self._shared_view() | own | {"disk": None}
+
+    def _check_age(self, what: str, shown_s: int, since_s: float | bool) -> None:
+        """The teacher's page shows an age, at most some seconds later; 0 where there is none."""
+        known_s = 0.0
+        if since_s is not False:
+            known_s = self.world.now_s - since_s
+        is_so = known_s - _SHOWN_LATE_S <= shown_s <= known_s + _STARTS_S
+        self.world.keep("shows-what-is", is_so, "{} s {}, not {}", shown_s, what, known_s)
 
     # What people do.
 

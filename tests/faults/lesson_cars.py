@@ -32,6 +32,9 @@ _PORT = 5005
 # A car that somebody may drive no more stands so soon: two periods of telemetry, and the way to it.
 _STANDS_S = 0.5
 _PERIOD_S = 0.05
+# A world is kept for a minute without a page; a place at a car for five seconds without use.
+_FORGOTTEN_S, _UNUSED_S = 63.0, 6.0
+_PLACES = 9
 _MAT = {
     "format": "motorcade-mat/1",
     "name": "a table",
@@ -190,6 +193,32 @@ async def stop_car(run: "Lesson") -> None:
     await _stop_by_another(run)
 
 
+async def many_pages(run: "Lesson") -> None:
+    """All places at a car are taken: one more page gets none at first, stops the car all the same, gets one later."""
+    if run.control is None:
+        return
+    await asyncio.sleep(1.0)
+    pages = [await opened(run, run.teacher, f"T{number}") for number in range(_PLACES)]
+    await asyncio.sleep(0.5)
+    late = (await run.teacher.open("/drive/ws?name=late")).follow()
+    late.send({"do": "join", "car": CAR})
+    await asyncio.sleep(0.5)
+    run.world.keep("bounded", late.codes() == ["full"], f"a tenth page at a car is told {late.codes()}")
+    late.send({"do": "stop", "cars": [CAR]})
+    await asyncio.sleep(_STANDS_S)
+    state = run.control.telemetry().state
+    run.world.keep("stop-gets-through", state == "stopped", f"with all places taken a stopped car is {state}")
+    run.car_is_stopped = True
+    await asyncio.sleep(_UNUSED_S)
+    late.send({"do": "join", "car": CAR})
+    await asyncio.sleep(1.0)
+    shown = (late.newest("telemetry") or {}).get("cars", {}).get(CAR, {})
+    run.world.keep("nobody-waits", shown.get("state") == "stopped", f"nobody uses the car, and a page sees {shown}")
+    for page in [late, *(remote.page for remote in pages)]:
+        page.close()
+    await asyncio.sleep(0.5)
+
+
 async def lift_the_teachers_stop(run: "Lesson") -> None:
     """Who has the car can't lift the stop of the teacher."""
     from tests.faults import lesson_teacher
@@ -247,8 +276,13 @@ async def _overtake(run: "Lesson", remote: LessonRemotePage) -> None:
 # Worlds.
 
 
-def _key(pupil: "Pupil", number: int = 0) -> str:
+def key_of(pupil: "Pupil", number: int = 0) -> str:
     return f"{int(pupil.id):x}{number:x}".rjust(32, "0")
+
+
+def world_of_mission() -> dict[str, Any]:
+    """What a page sends that opens a mission."""
+    return _SET | {"mission": {"id": MISSION}, "mat": chosen_mission(MissionChoice(id=MISSION)).mat_document}
 
 
 async def play(run: "Lesson") -> None:
@@ -257,10 +291,10 @@ async def play(run: "Lesson") -> None:
     if pupil is None:
         return
     other = run.draw([each for each in run.pupils if each is not pupil])
-    page = (await pupil.browser.open(f"world?session={_key(pupil)}")).follow()
+    page = (await pupil.browser.open(f"world?session={key_of(pupil)}")).follow()
     mission = run.random.random() < 0.3
-    of_mission = {"mission": {"id": MISSION}, "mat": chosen_mission(MissionChoice(id=MISSION)).mat_document}
-    page.send(_SET | (of_mission if mission else {}))
+    page.send(world_of_mission() if mission else _SET)
+    pupil.opened = MISSION if mission else None
     await asyncio.sleep(0.3)
     hello = page.newest("hello")
     run.world.keep("as-asked", bool(hello and hello.get("cars")), f"no world: {page.messages[-2:]}")
@@ -279,12 +313,16 @@ async def play(run: "Lesson") -> None:
         await _look_from_outside(run, pupil, other)
     if run.random.random() < 0.3:
         # A pupil has one world, which the newest page shows.
-        newer = (await pupil.browser.open(f"world?session={_key(pupil, 1)}")).follow()
+        newer = (await pupil.browser.open(f"world?session={key_of(pupil, 1)}")).follow()
         await asyncio.sleep(0.3)
         run.world.keep("bounded", "taken-over" in page.codes(), f"a pupil has two worlds: {page.codes()}")
         newer.close()
     shown.cancel()
     page.close()
+    if run.random.random() < 0.1:
+        await asyncio.sleep(_FORGOTTEN_S)
+        outcome, _ = await pupil.browser.fetch("GET", f"/api/world/{key_of(pupil)}/timeline.csv")
+        run.world.keep("bounded", outcome == "no-world", f"a world is kept without a page: {outcome}")
 
 
 async def take_over(run: "Lesson") -> None:
@@ -292,9 +330,10 @@ async def take_over(run: "Lesson") -> None:
     pupil = run.draw(run.pupils)
     if pupil is None:
         return
-    path = f"world?session={_key(pupil)}"
+    path = f"world?session={key_of(pupil)}"
     before = await pupil.browser.open(path)
     before.send(_SET)
+    pupil.opened = None
     before.stop_reading()
     for _ in range(_MANY_ERRORS):
         before.send({"do": "nonsense"})
@@ -339,7 +378,7 @@ async def _freeze_world(run: "Lesson", page: SimulatedPage) -> None:
 
 
 async def _look_from_outside(run: "Lesson", pupil: "Pupil", other: "Pupil") -> None:
-    key = _key(pupil)
+    key = key_of(pupil)
     page = (await other.browser.open(f"world?session={key}")).follow()
     await asyncio.sleep(0.2)
     run.world.keep("own-work", "bad-session" in page.codes(), f"{other.name} takes over a world: {page.messages}")
@@ -366,4 +405,12 @@ def names(run: "Lesson") -> Replaced:
     }
 
 
-ACTS = [(1.6, drive), (0.6, stop_car), (0.5, lift_the_teachers_stop), (0.6, late_sticks), (0.6, play), (0.3, take_over)]
+ACTS = [
+    (1.6, drive),
+    (0.6, stop_car),
+    (0.15, many_pages),
+    (0.5, lift_the_teachers_stop),
+    (0.6, late_sticks),
+    (0.6, play),
+    (0.3, take_over),
+]

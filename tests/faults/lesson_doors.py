@@ -109,21 +109,31 @@ async def first_password(run: "Lesson") -> None:
     await run.expect("wrong-guess", stranger, "teacher/first-password", "wrong-first-key", **guess)
     about = await run.expect("as-asked", stranger, "teacher/about", DONE)
     run.world.keep("as-asked", about == {"has_password": False, "signed_in": False}, about)
+    await use_first_key(run)
+
+
+async def use_first_key(run: "Lesson") -> None:
+    """The teacher sets a password with the key, which works once, also where it is used twice at a moment."""
+    stranger = run.new_browser()
     key, short = {"key": "a-first-key"}, {"password": "x" * (_LEAST_PASSWORD - 1)}
     await run.expect("wrong-guess", run.teacher, "teacher/first-password", "bad-password", **key, **short)
     await run.expect("wrong-guess", run.teacher, "teacher/first-password", "bad-password", **key, password="x" * 201)
-    await run.expect("right-guess", run.teacher, "teacher/first-password", DONE, **key, password=PASSWORD)
+    two, message = [run.teacher, run.new_browser()], key | {"password": PASSWORD}
+    ends = await asyncio.gather(*(run.ask(browser, "teacher/first-password", **message) for browser in two))
+    outcomes = [outcome for outcome, _ in ends]
+    run.world.keep("wrong-guess", sorted(outcomes) == [DONE, "wrong-first-key"], "a key is used twice: {}", outcomes)
+    run.teacher.cookies = two[outcomes.index(DONE)].cookies
     again = {"key": "a-first-key", "password": "another password"}
     await run.expect("wrong-guess", stranger, "teacher/first-password", "wrong-first-key", **again)
     # A server that is started again has no such key.
     run.first_key = None
 
 
-async def enter(run: "Lesson", name: str, alike: str, shows: bool = True) -> "Pupil":
+async def enter(run: "Lesson", name: str, alike: str, shows: bool = True, address: str = "") -> "Pupil":
     """Let a pupil come in who may."""
     from tests.faults.lesson import Pupil
 
-    browser = run.new_browser()
+    browser = run.new_browser(address)
     answer = await run.expect(
         "right-guess", browser, "class/join", DONE, code=typed_code(run), name=name, avatar=AVATAR
     )
@@ -190,7 +200,7 @@ async def come_back(run: "Lesson", pupil: "Pupil | None" = None) -> None:
     if pupil is None:
         return
     browser = run.new_browser()
-    typed = run.random.choice([each[0] for each in NAMES if each[1] == pupil.alike])
+    typed = run.random.choice([each[0] for each in NAMES if each[1] == pupil.alike] or [pupil.name])
     other = run.draw([each for each in run.pupils if each is not pupil])
     wrong = f"{(int(pupil.number) + 1) % 10_000:04}"
     guesses = [wrong, "", pupil.number[:3], pupil.number + "0", other.number if other else wrong]
@@ -238,6 +248,7 @@ async def leave(run: "Lesson") -> None:
     await run.expect("as-asked", device, "class/leave", DONE)
     run.world.keep("no-secrets", not device.cookies, "a cookie stays after leaving")
     device.cookies = kept
+    run.gone.append((device, "projects/list", "class-session-needed"))
     await run.expect("out-is-out", device, "projects/list", "class-session-needed")
     about = await run.expect("out-is-out", device, "class/about", DONE)
     run.world.keep("out-is-out", about["me"] is None, about)

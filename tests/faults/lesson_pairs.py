@@ -1,12 +1,10 @@
 """Two pupils of a simulated lesson who program one project: each has a window, and nobody else gets it."""
 
-import json
 from typing import TYPE_CHECKING
 
 from tests.faults.browsers import DONE
 from tests.faults.lesson_work import GIFTS, GIFTS_S, free_name, work
 
-from motorcade.classroom.folder import RECORD
 from motorcade.classroom.record import WINDOWS
 
 if TYPE_CHECKING:
@@ -55,7 +53,7 @@ async def begin_pair(run: "Lesson") -> None:
 
 
 async def paired_now(run: "Lesson") -> int:
-    return int(json.loads(run.disk.find(run.folder / RECORD).data)["paired"])
+    return int(run.record()["paired"])
 
 
 def joined_pair(run: "Lesson", pupil: "Pupil") -> "LessonPair | None":

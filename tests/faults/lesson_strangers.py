@@ -6,7 +6,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from tests.faults.browsers import DONE, Browser
-from tests.faults.lesson_doors import ADDRESS_TRIES, AVATAR, NUMBER_TRIES, WORK, come_back, too_many
+from tests.faults.lesson_doors import ADDRESS_TRIES, AVATAR, NUMBER_TRIES, WORK, come_back, enter, too_many, tries_of
 from tests.faults.pupils import PASSWORD
 
 from motorcade.classroom.app import REQUESTS
@@ -131,7 +131,13 @@ async def fetch_files(run: "Lesson") -> None:
         method = "POST" if path.endswith("export") else "GET"
         outcome, _ = await run.draw(outsiders).fetch(method, path)
         run.world.keep("strangers-stay-out", outcome == "class-session-needed", f"{path} ends in {outcome}")
+    for outsider in outsiders:
+        await outsider.fetch("GET", "/")
+        told = outsider.status, outsider.head.get("location")
+        run.world.keep("strangers-stay-out", told == (303, "/join"), f"a stranger opens the page: {told}")
     if pupil:
+        await pupil.browser.fetch("GET", "/")
+        run.world.keep("as-asked", pupil.browser.status != 303, "a pupil is led away from the page")
         for path in paths[1:3]:
             outcome, _ = await pupil.browser.fetch("GET", f"{path}?car=red")
             run.world.keep("as-asked", outcome == "no-camera-here", f"{path} ends in {outcome}")
@@ -222,9 +228,14 @@ async def guess_without_end(run: "Lesson") -> None:
         ("class/return", "wrong-number", {"code": run.code, "name": "Nobody", "number": "0000"}),
     )
     for number in range(ADDRESS_TRIES[0]):
+        if number in (7, 17) and run.is_open:
+            # Who joins has tried, too: no address fills the class.
+            await enter(run, f"G{run.joined}", f"g{run.joined}", shows=False, address=browser.address or "")
+            continue
         # Of one name ten wrong numbers are allowed.
         request, code, message = wrong[number % 4 if number < 36 else number % 3]
         await run.expect("wrong-guess", browser, request, code, **message)
+        tries_of(run, browser).append(run.world.now_s)
         if number % 30 == 29:
             await asyncio.sleep(2.1)
     for request, message in (

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from tests.faults.lesson import Lesson, Pupil
 
 _MARK = re.compile("# mark-[0-9]+-")
+# A stop is shown so soon, before a car that can't be reached is given up.
+_AT_ONCE_S = 0.4
 # Whoever is out is sent nothing any more after so long.
 _LAST_WORDS_S = 2.0
 # WebSockets of a pupil's that may say nothing for long.
@@ -100,17 +102,35 @@ async def freeze(run: "Lesson") -> None:
 async def stop(run: "Lesson") -> None:
     """The teacher stops all cars, or releases them."""
     if not run.stopped:
-        away = await run.expect("stop-gets-through", run.teacher, "teacher/stop-all", DONE)
+        stopping = asyncio.create_task(run.expect("stop-gets-through", run.teacher, "teacher/stop-all", DONE))
+        await asyncio.sleep(_AT_ONCE_S)
+        # Whatever becomes of cars that can't be reached.
+        for page in [pupil.page for pupil in run.pupils if pupil.page and not pupil.page.has_ended]:
+            view = page.newest("pupil") or {}
+            run.world.keep("stop-gets-through", bool(view.get("stopped")), "the stop waits for something")
+        away = await stopping
         wanted = [] if run.control else ["red"]
         run.world.keep("stop-gets-through", away == wanted, f"{away} could not be reached")
         state = run.control and run.control.telemetry().state
         run.world.keep("stop-gets-through", state in (None, "stopped"), f"after the stop the car is {state}")
         run.stopped, run.ordered = True, STOP
         run.car_is_stopped = run.control is not None
+    elif run.control is None and run.random.random() < 0.5:
+        await _stop_while_released(run)
     else:
         await run.expect("as-asked", run.teacher, "teacher/release-all", DONE)
         run.stopped = run.car_is_stopped = False
         run.ordered = GO
+
+
+async def _stop_while_released(run: "Lesson") -> None:
+    """A stop that comes while a release waits for a car holds."""
+    releasing = asyncio.create_task(run.expect("as-asked", run.teacher, "teacher/release-all", DONE))
+    await asyncio.sleep(_AT_ONCE_S)
+    tab = run.twin(run.teacher)
+    await run.expect("stop-gets-through", tab, "teacher/stop-all", DONE)
+    await releasing
+    run.ordered = STOP
 
 
 async def pass_on(run: "Lesson") -> None:

@@ -3,7 +3,7 @@
 import asyncio
 from typing import TYPE_CHECKING, Any
 
-from tests.faults import lesson_doors, lesson_teacher, lesson_work
+from tests.faults import lesson_cars, lesson_doors, lesson_teacher, lesson_work
 from tests.faults.browsers import DONE
 from tests.faults.lesson_doors import MISSION, WORK, wait_for_server
 from tests.faults.pupils import PASSWORD
@@ -14,6 +14,13 @@ from motorcade.classroom.folder import RECORD
 _JUMPS_S = (600.0, 3600.0, 7200.0, 86_400.0, 30 * 86_400.0, 400 * 86_400.0, 9000 * 86_400.0)
 _SEEN_S = 2.5
 _SIGNED_IN_S = 12 * 3600.0
+_OF_A_TEACHER: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("teacher/freeze", {"frozen": True}),
+    ("teacher/settings", {"title": "Late"}),
+    ("teacher/new-code", {}),
+    ("teacher/stop-all", {}),
+    ("teacher/hand-out", {"name": "late", "project": WORK}),
+)
 
 if TYPE_CHECKING:
     from tests.faults.lesson import Lesson, Pupil
@@ -37,27 +44,40 @@ async def late_body(run: "Lesson") -> None:
         requests.append(("class/pair/begin", {"to": partner.id, "name": "late", "project": WORK}))
     if pupil.projects and partner:
         requests.append(("class/give", {"to": partner.id, "name": next(iter(pupil.projects))}))
+    requests += [(name, {}) for name in ("projects/list", "missions", "class/draft/read", "class/classmates")]
+    requests.append(("compile", {"leader": lesson_work.solution(), "followers": None, "profile": "classroom"}))
+    leaves = len(pupil.devices) > 1 and run.random.random() < 0.5
+    device = pupil.devices[0] if leaves else pupil.browser
     chosen = run.random.sample(requests, min(3, len(requests)))
-    late = [(name, await pupil.browser.begin(name, **message)) for name, message in chosen]
+    late = [(name, await device.begin(name, **message)) for name, message in chosen]
     teachers = None
     if run.random.random() < 0.3:
         other = run.new_browser()
         await run.expect("right-guess", other, "teacher/sign-in", DONE, password=PASSWORD)
         kept = dict(other.cookies)
-        teachers = await other.begin("teacher/freeze", frozen=not run.frozen)
+        request, message = run.random.choice(_OF_A_TEACHER)
+        teachers = await other.begin(request, **message)
         await asyncio.sleep(0.05)
         await run.expect("as-asked", other, "teacher/sign-out", DONE)
         other.cookies = kept
     await asyncio.sleep(0.05)
-    await out(run, pupil)
+    if leaves:
+        await run.expect("as-asked", run.twin(device), "class/leave", DONE)
+        pupil.devices.remove(device)
+    else:
+        await out(run, pupil)
     for name, request in late:
         outcome, _ = await request.end()
         run.world.asked.add((name, f"late {outcome}"))
         run.world.keep("out-is-out", outcome != DONE, f"{name}, whose body came late, is done")
     if teachers:
         outcome, _ = await teachers.end()
-        run.world.keep("out-is-out", outcome != DONE, "a teacher who has signed out freezes the class")
+        run.world.keep("out-is-out", outcome != DONE, "a teacher who has signed out orders something")
     run.check_folders()
+    if leaves:
+        await asyncio.sleep(0.3)
+        lesson_doors.note_left(run, pupil)
+        await lesson_work.check_library(run, pupil)
     await run.check_pages()
     if run.random.random() < 0.3:
         await restart(run)
@@ -73,10 +93,7 @@ async def late_job(run: "Lesson") -> None:
         ("projects/write", {"name": "late", "project": WORK | {"python": run.new_mark()}}),
     ]
     name, message = run.random.choice(requests)
-    # Another tab of the pupil's browser.
-    tab = run.new_browser()
-    tab.cookies = dict(pupil.browser.cookies)
-    run.whose[tab] = pupil
+    tab = run.twin(pupil.browser)
     run.loop.late_s = 1.0
     storing = asyncio.create_task(tab.ask(name, **message))
     await asyncio.sleep(0.05)
@@ -99,9 +116,14 @@ async def out(run: "Lesson", pupil: "Pupil") -> None:
 async def restart(run: "Lesson") -> None:
     """The server is killed and starts again; all that was answered is there."""
     run.kill(run.random.random() < 0.5)
+    hang_up_all(run)
+    await come_up(run)
+
+
+def hang_up_all(run: "Lesson") -> None:
+    """All browsers begin new connections."""
     for browser in [*run.signed_in, *(device for pupil in run.pupils for device in pupil.devices)]:
         browser.hang_up()
-    await come_up(run)
 
 
 async def come_up(run: "Lesson") -> None:
@@ -114,7 +136,7 @@ async def come_up(run: "Lesson") -> None:
     run.tries_s.clear()
     run.wrong_numbers_s.clear()
     for pupil in run.pupils:
-        pupil.hand, pupil.gifts_s, pupil.pages = False, [], []
+        pupil.hand, pupil.gifts_s, pupil.pages, pupil.opened = False, [], [], None
         pupil.left_s = run.world.now_s
         if pupil.imported:
             pupil.stars = {MISSION: sorted({1, *pupil.stars.get(MISSION, ())})}
@@ -182,14 +204,62 @@ async def pass_a_night(run: "Lesson") -> None:
     """The computer is switched off for more than half a day: the teacher has to sign in again, and pupils needn't."""
     run.kill(False)
     run.wall_s += _SIGNED_IN_S + run.random.choice((1.0, 3600.0, 86_400.0))
-    for browser in [*run.signed_in, *(device for pupil in run.pupils for device in pupil.devices)]:
-        browser.hang_up()
+    hang_up_all(run)
     await wait_for_server(run)
     for browser in run.signed_in:
         await run.expect("out-is-out", browser, "teacher/progress", "teacher-session-needed")
     run.signed_in = [run.teacher]
     await run.expect("right-guess", run.teacher, "teacher/sign-in", DONE, password=PASSWORD)
     await come_up(run)
+
+
+async def new_password(run: "Lesson") -> None:
+    """The teacher has forgotten the password: a new one is set with a key, and every other browser is out."""
+    run.first_key = "a-first-key"
+    run.kill(False)
+    hang_up_all(run)
+    await wait_for_server(run)
+    others = [run.twin(browser) for browser in run.signed_in]
+    await run.expect("right-guess", others[0], "teacher/progress", DONE)
+    await lesson_doors.use_first_key(run)
+    for browser in others:
+        await run.expect("out-is-out", browser, "teacher/progress", "teacher-session-needed")
+    run.signed_in = [run.teacher]
+    await come_up(run)
+
+
+async def check_out(run: "Lesson") -> None:
+    """Whoever has left is out."""
+    for browser, request, code in run.gone[-3:]:
+        browser.hang_up()
+        await run.expect("out-is-out", browser, request, code)
+
+
+async def get_stuck(run: "Lesson") -> None:
+    """A pupil opens a mission, and makes no step: the teacher sees that after some minutes, and not before."""
+    pupil = run.draw([pupil for pupil in run.pupils if pupil.page and not pupil.page.has_ended])
+    if pupil is None:
+        return
+    await run.expect("as-asked", run.teacher, "teacher/settings", DONE, stuck_minutes=1)
+    run.stuck_minutes = 1
+    page = (await pupil.browser.open(f"world?session={lesson_cars.key_of(pupil)}")).follow()
+    page.send(lesson_cars.world_of_mission())
+    await asyncio.sleep(0.5)
+    is_first, pupil.opened = pupil.opened != MISSION, MISSION
+    await run.check_pages()
+    if is_first:
+        row = _row(run, pupil)
+        run.world.keep("shows-what-is", row["stuck_s"] is None, f"{pupil.name}, who begins, is stuck")
+    await asyncio.sleep(70.0)
+    row = _row(run, pupil)
+    run.world.keep("shows-what-is", bool(row["stuck_s"]), f"{pupil.name}, who makes no step, isn't stuck: {row}")
+    page.close()
+
+
+def _row(run: "Lesson", pupil: "Pupil") -> dict[str, Any]:
+    """What the teacher's page shows of a pupil."""
+    shown = run.teachers_page and run.teachers_page.newest("class")
+    return next((row for row in (shown or {}).get("pupils", []) if row["id"] == pupil.id), {})
 
 
 async def end(run: "Lesson") -> None:
@@ -199,6 +269,7 @@ async def end(run: "Lesson") -> None:
         await lesson_work.check_library(run, pupil)
     for pupil in run.out[-2:]:
         await run.expect("out-is-out", pupil.browser, "projects/list", "class-session-needed")
+    await check_out(run)
 
 
 ACTS = [
@@ -209,4 +280,6 @@ ACTS = [
     (0.8, rest),
     (0.7, set_calendar),
     (0.3, pass_a_night),
+    (0.25, new_password),
+    (0.3, get_stuck),
 ]

@@ -18,6 +18,8 @@ from motorcade.classroom import shared_mat
 from motorcade.program.blocks import blocks_of
 from motorcade.server.studio import library
 from motorcade.server.studio import uploads as studio_uploads
+from motorcade.server.studio.library import OWNERS, folder_of
+from motorcade.server.studio.uploads import VIRTUAL_CAR
 from motorcade.service.messages import MissionChoice, Port
 from motorcade.service.missions import chosen_mission, list_missions
 
@@ -311,7 +313,9 @@ async def raise_hand(run: "Lesson") -> None:
     pupil = run.draw(run.pupils)
     if pupil is None:
         return
-    pupil.hand = run.random.random() < 0.7
+    was_raised, pupil.hand = pupil.hand, run.random.random() < 0.7
+    if pupil.hand and not was_raised:
+        pupil.hand_s = run.world.now_s
     await run.expect("as-asked", pupil.browser, "class/hand", DONE, raised=pupil.hand)
     if run.random.random() < 0.2:
         await run.expect("as-asked", run.teacher, "teacher/lower-hand", DONE, pupil=pupil.id)
@@ -349,6 +353,11 @@ async def upload(run: "Lesson") -> None:
     may = port == "virtual" or run.holders[""] is pupil
     if run.frozen:
         run.world.keep("one-holder", "class-frozen" in told, f"an upload while all is frozen: {told[:200]}")
+    elif port == "virtual":
+        run.world.keep("verified", '"verified"' in told, f"no upload into the simulated car: {told[-200:]}")
+        folder = run.folder / OWNERS / folder_of(pupil.id)
+        held = run.disk.find(folder / VIRTUAL_CAR).data
+        run.world.keep("verified", held.startswith(base64.b64decode(IMAGE)), "the simulated car holds another image")
     elif not may:
         run.world.keep("one-holder", "cable-of-another" in told, f"{port} without the cable: {told[:200]}")
     elif port not in ("virtual", SERIAL.port):

@@ -2,8 +2,9 @@
 
 import os
 import secrets
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager, suppress
+from functools import partial
 from typing import Annotated, NamedTuple
 
 import msgspec
@@ -16,7 +17,7 @@ from motorcade.classroom import messages
 from motorcade.classroom.messages import Id, Secret, Self, Text40, Window, request
 from motorcade.classroom.names import check_password, digest, is_password, to_stored
 from motorcade.classroom.network import join_url, qr_svg
-from motorcade.classroom.record import MISSION, TEACHER, WINDOWS, Pair, Pupil
+from motorcade.classroom.record import MISSION, TEACHER, WINDOWS, Pair, Pupil, mend
 from motorcade.classroom.room import SIGNED_IN_S
 from motorcade.classroom.running import EmergencyStop, RunningClass
 from motorcade.errors import MotorcadeError
@@ -105,20 +106,19 @@ class Handlers:
     @request("teacher/first-password", is_open=True, stores=True)
     async def set_first_password(self, asks: Asks, client: str, key: Secret, password: Secret, now_s: float) -> None:
         """Set the password, and sign in; ``key`` stands behind ``/teacher#`` in the address that the command prints."""
-        self._room.of_an_address.check(client, now_s)
-        first_key = self._running.first_key
-        if first_key is None or not secrets.compare_digest(key.encode(), first_key.encode()):
-            raise self._room.refuse(client, now_s, MotorcadeError("wrong-first-key"))
-        check_password(password)
-        stored = await to_thread.run_sync(to_stored, password, os.urandom(_SALT_BYTES))
-        if self._running.first_key is None:
-            # Another request had the same key meanwhile.
-            raise MotorcadeError("wrong-first-key")
-        self._room.set_password(stored)
-        await self._running.settle()
-        # It works once.
-        self._running.first_key = None
-        self._sign_in(asks)
+        # One after the other: another request may have the same key.
+        async with self._running.hashing:
+            self._room.of_an_address.check(client, now_s)
+            first_key = self._running.first_key
+            if first_key is None or not secrets.compare_digest(key.encode(), first_key.encode()):
+                raise self._room.refuse(client, now_s, MotorcadeError("wrong-first-key"))
+            check_password(password)
+            stored = await to_thread.run_sync(to_stored, password, os.urandom(_SALT_BYTES))
+            self._room.set_password(stored)
+            await self._running.settle()
+            # It works once.
+            self._running.first_key = None
+            self._sign_in(asks)
 
     @request("teacher/sign-in", is_open=True)
     async def sign_in(self, asks: Asks, client: str, password: Secret, now_s: float) -> None:
@@ -203,8 +203,11 @@ class Handlers:
             mission: what the project is played for; each page reads it for itself. None for none.
         """
         self._gifts.count(who, now_s)
-        pair = self._pairs.to_ask(who, to) or await self._stored(name, project, mission)
-        self._pairs.begin(who, to, pair)
+        if pair := self._pairs.to_ask(who, to):
+            self._pairs.begin(who, to, pair)
+        else:
+            async with self._stored(name, project, mission) as new:
+                self._pairs.begin(who, to, new)
 
     @request("class/pair/open", stores=True)
     async def open_in_pair(self, who: str, pair: Id, name: Text40, project: Project, mission: MissionChoice) -> None:
@@ -213,24 +216,30 @@ class Handlers:
         Raises MotorcadeError where the other one has gone on meanwhile.
         """
         self._pairs.joined(who, pair)
-        self._pairs.go_on(who, pair, await self._stored(name, project, mission))
+        async with self._stored(name, project, mission) as new:
+            self._pairs.go_on(who, pair, new)
         with suppress(MotorcadeError):
             await self._delete_libraries()
 
-    async def _stored(self, name: str, project: Project, mission: MissionChoice | None) -> Pair:
-        """Store what a pair opens; return the pair, in which nobody is yet."""
+    @asynccontextmanager
+    async def _stored(self, name: str, project: Project, mission: MissionChoice | None) -> AsyncIterator[Pair]:
+        """Store what a pair opens; yield the pair, in which nobody is yet. Without anybody behind the block it ends."""
         pair = self._pairs.add(name)
-        # Files are stored for those alone whom the class's file knows.
-        await self._running.settle()
-        if mission:
-            data = msgspec.json.encode(mission)
-            await to_thread.run_sync(self._folder.write_version, pair.library, MISSION, data)
-        data = project_text(project).encode()
-        for window in WINDOWS:
-            self._pairs.versions[pair.id, window] = await to_thread.run_sync(
-                self._folder.write_version, pair.library, window, data
-            )
-        return pair
+        end = partial(mend, only=pair.id)
+        try:
+            # Files are stored for those alone whom the class's file knows.
+            await self._running.settle()
+            if mission:
+                data = msgspec.json.encode(mission)
+                await to_thread.run_sync(self._folder.write_version, pair.library, MISSION, data)
+            data = project_text(project).encode()
+            for window in WINDOWS:
+                self._pairs.versions[pair.id, window] = await to_thread.run_sync(
+                    self._folder.write_version, pair.library, window, data
+                )
+            yield pair
+        finally:
+            self._room.part(end)
 
     @request("class/pair/read")
     async def read_window(self, who: str, window: Window) -> messages.PairProject:

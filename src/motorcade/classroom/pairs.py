@@ -85,7 +85,7 @@ class Pairs:
         return pair
 
     def add(self, name: str) -> Pair:
-        """Add a pair in which nobody is yet, so that its files can be stored. The next start ends one that stays so.
+        """Add a pair in which nobody is yet, so that its files can be stored.
 
         Args:
             name: of the project.

@@ -170,10 +170,10 @@ def take_out(record: ClassRecord, pupil_id: str) -> None:
     record.pupils = staying
 
 
-def mend(record: ClassRecord) -> None:
-    """Take out of all pairs whoever is no pupil of the class."""
+def mend(record: ClassRecord, only: str | None = None) -> None:
+    """Take out of all pairs, or of the ``only`` one, whoever is no pupil of the class; nobody's pair is over."""
     pupils = {pupil.id for pupil in record.pupils}
-    for pair in list(record.pairs):
+    for pair in [pair for pair in record.pairs if only in (None, pair.id)]:
         pair.members = [member for member in pair.members if member in pupils]
         _mend(record, pair)
 
