@@ -284,7 +284,13 @@ class KeyedCar:
         more = self.random.choice([{"lin"}, {"mei"}, {"bea"}, {"lin", "bea"}, set()])
         drives = self.random.choice(stay) if stay and self.is_whole else None
         connections = {name: self.drivers[name]._connection for name in stay}
-        self.write(self.revoked | more)
+        revoked = self.revoked | more
+        others = sorted(set(_DRIVERS) - self.revoked)
+        if self.revoked and others and self.random.random() < 0.4:
+            # In place of one who may drive again, so the list is as long as before.
+            back = self.random.choice(sorted(self.revoked))
+            revoked = self.revoked - {back} | {self.random.choice(others)}
+        self.write(revoked)
         end_s = self.world.now_s + _REVOKED_S
         while self.world.now_s < end_s:
             if drives:

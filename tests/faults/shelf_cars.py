@@ -73,6 +73,10 @@ class ShelfCar:
         self.chatter_s = 0.0
         self.shows = False
         self.came = b""
+        # Whether it got anything while it was starting.
+        self.was_disturbed = False
+        # Its last answer to a check request.
+        self.last_ready = b""
         # A car of 2018 refuses a check request, or takes it for a program in which nothing moves.
         self.knows_no_checks = self.takes_requests = False
         # What it refuses, by the kind of a request, and why.
@@ -129,6 +133,7 @@ class _Line(asyncio.Protocol):
     def __init__(self, car: ShelfCar) -> None:
         self._car = car
         self._rest = b""
+        self._starts_until_s = 0.0
         self._transport: Any = None
         # The checksum that was announced; None where none was.
         self._announced: int | None = None
@@ -136,7 +141,8 @@ class _Line(asyncio.Protocol):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self._transport = transport
         self._car.lines.append(self)
-        self._chatter(self._car.world.now_s + self._car.chatter_s)
+        self._starts_until_s = self._car.world.now_s + self._car.chatter_s
+        self._chatter(self._starts_until_s)
 
     def _chatter(self, until_s: float) -> None:
         if self._car.world.now_s < until_s and not self._transport.is_closing():
@@ -157,6 +163,7 @@ class _Line(asyncio.Protocol):
     def data_received(self, data: bytes) -> None:
         car = self._car
         car.came += data
+        car.was_disturbed |= car.world.now_s < self._starts_until_s
         if car.shows:
             self.send(data)
             return
@@ -218,11 +225,15 @@ class _Line(asyncio.Protocol):
         announced = int.from_bytes(bytes(checksum))
         if fault == "":
             self._announced = announced
-            self.send(ready_line(check_words(announced, number), car.held))
+            car.last_ready = ready_line(check_words(announced, number), car.held)
+            self.send(car.last_ready)
         elif fault == "busy":
             self.send(error_line("busy"))
         elif fault == "old-number":
             self.send(ready_line(check_words(announced, number - 1 & 255), car.held))
+        elif fault == "last-answer":
+            # What it said of another request comes once more, and nothing of this one.
+            self.send(car.last_ready)
         elif fault == "other-checksum":
             self.send(ready_line(check_words(announced ^ 1, number), car.held))
         elif fault == "noise":

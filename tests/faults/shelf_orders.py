@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 # What an order to a car near by takes, and until one that is off, or back, is known to be.
 _ORDER_S, _BACK_S, _AWAY_S, _LEAST_AWAY_S = 0.2, 4.0, 5.2, 2.5
+# For so long a network carries nothing; an order comes so soon to a car that waits for its next try.
+_LOST_S, _SOON_S = 4.0, 0.5
 _BAD_NAMES = ("", "all", "ALL", "a b", "x" * 33, "a\n")
 
 
@@ -137,6 +139,34 @@ async def _come_later(run: "Shelf", fleet: Cars, off: ShelfCar, deaf: ShelfCar, 
     await asyncio.sleep(_BACK_S)
     kinds = set(off.kinds(begin_s))
     run.keep("away-first", kinds == {"a"}, f"a car that has confirmed its order gets {kinds}")
+
+
+async def order_the_lost(run: "Shelf") -> None:
+    """An order that was lost with its connection isn't confirmed, and reaches its car as soon as that is back."""
+    found, driven, other = run.car(starts=False), run.drive_car(), run.drive_car()
+    run.announce(found, CAR)
+    link = run.network.link(f"people to {driven.host}", 0.003)
+    async with run.fleet([listed(driven), listed(other)]) as fleet:
+        # Who doesn't answer is asked ever less often.
+        await asyncio.sleep(run.random.uniform(5.0, 12.0))
+        found.start()
+        await asyncio.sleep(0.05)
+        link.stall(_LOST_S)
+        kind = run.random.choice((STOP, STOP, GO))
+        fleet.order(kind)
+        await asyncio.sleep(_SOON_S)
+        kinds = [asked for asked in found.kinds() if asked != ASK]
+        run.keep("stop-gets-through", kinds[:1] == [kind], f"a car that is back gets {kinds}, though {kind} is ordered")
+        driven.end()
+        await asyncio.sleep(_LOST_S + 1.0)
+        missing = [status.where for status in await fleet.confirmed(0.5)]
+        run.keep(
+            "away-first", missing == [driven.where], f"{missing} haven't confirmed {kind}, and {driven.where} is off"
+        )
+        driven.start()
+        await asyncio.sleep(_BACK_S)
+        is_right = (driven.state == "stopped") == (kind == STOP)
+        run.keep("away-first", is_right, f"a drive server that is back is {driven.state} after {kind}")
 
 
 async def name_them(run: "Shelf") -> None:
@@ -360,4 +390,4 @@ async def come_late(run: "Shelf") -> None:
         _compare(run, fleet, other)
 
 
-ACTS = (table, order, name_them, crowd, share_a_host, strange, forget, plug_in, come_late)
+ACTS = (table, order, order_the_lost, name_them, crowd, share_a_host, strange, forget, plug_in, come_late)

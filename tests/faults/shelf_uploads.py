@@ -26,9 +26,12 @@ _REASONS = (
     ("busy", "car-busy", ""),
     ("stores-hangs-up", "connection-broke", "either"),
     ("other-uploader", "no-answer-at-address", "neither"),
+    ("last-answer", "no-answer-at-address", "either"),
 )
 # Another upload will change what the car has; or what answers shows itself as something else.
 _UNHELD = ("car-busy", "runs-something-else")
+# So long a board sends when it starts.
+_STARTS_S = 1.0
 # So long an upload may take that fails in all its tries.
 _MOST_S = 40.0
 
@@ -41,14 +44,16 @@ async def upload(run: "Shelf") -> None:
         if run.random.random() < 0.5:
             car.checks = [run.random.choice(CHECK_FAULTS) for _ in range(run.random.randint(0, 3))]
         car.images = [run.random.choice(IMAGE_FAULTS) for _ in range(run.random.randint(0, 3))]
-        # A board that never stops sending gets the upload nevertheless.
-        car.chatter_s = run.random.choice((0.0, 0.0, 0.0, 1e9))
+        # A board says something when it starts. One that never stops sending gets the upload nevertheless.
+        car.chatter_s = run.random.choice((0.0, 0.0, _STARTS_S, 1e9))
         await _upload(run, car)
         car.checks.clear()
         car.images.clear()
         image = drawn_image(run.random)
         await run.in_thread(lambda image=image: serial_port.upload("port", image, BAUD))
         run.keep("goes-on", car.held == image, "a healthy car isn't loaded")
+        is_calm = car.chatter_s != _STARTS_S or not car.was_disturbed
+        run.keep("upload-ends", is_calm, "an upload begins while a board is starting")
         car.end()
 
 
@@ -90,7 +95,9 @@ async def say_why(run: "Shelf") -> None:
         car.images, car.checks, car.held = [fault] * 9, [], car.first
         if fault == "busy":
             car.checks = [fault] * 9
-        car.shows = fault == "shows"
+        if fault == "last-answer":
+            # It stores the image, and a bridge says again and again what it said before.
+            car.checks, car.images = ["", *[fault] * 9], ["stores-mute"] * 9
         try:
             await run.in_thread(lambda: serial_port.upload("socket://car:7001", image, BAUD))
         except MotorcadeError as problem:

@@ -224,12 +224,12 @@ class TrackClient:
             await self.arrive()
         return self
 
-    async def answer_clock(self) -> None:
-        """Answer the car's clock as it is told next."""
+    async def answer_clock(self, under_way: int = 0) -> None:
+        """Answer the car's clock as it is told next, while so many commands are still under way."""
         await self.settle()
         clock = self.you.get("clock")
         self._run.keep("no-old-command", clock is not None, "the car asks for no clock before it believes stamps")
-        self.post("sync", clock=clock, words=self.sent, stamp=self.stamp())
+        self.post("sync", clock=clock, words=self.sent + under_way, stamp=self.stamp())
         await self.arrive()
 
     def close(self) -> None:

@@ -213,6 +213,12 @@ async def _after_silence(run: Track, board: TrackBoard, driver: TrackClient) -> 
     await driver.arrive(0.03)
     driver.send(move(run.setpoint()), stamped=True)
     await _still_stands(run, driver, "a command behind one that came late after the answer")
+    # Its answer overtakes the command that was sent before it.
+    await driver.answer_clock(under_way=1)
+    driver.send(move(NEUTRAL), stamped=True)
+    await driver.arrive(0.03)
+    driver.send(move(run.setpoint()), stamped=True)
+    await _still_stands(run, driver, "a command behind one that was sent before the answer")
     await driver.answer_clock()
     driver.send(move(run.setpoint()), stamped=True)
     await _still_stands(run, driver, "a speed behind a silence")

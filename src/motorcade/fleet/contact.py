@@ -276,7 +276,7 @@ class Contact:
             if not answer.cancelled():
                 self._hear(answer.result())
                 # The answer to an order says nothing of the next one, also where that is of the same kind.
-                if kind == self.wanted and orders == self._orders and not self._problem:
+                if orders == self._orders and not self._problem:
                     self.wanted = ""
 
         link.send(kind).add_done_callback(take)
