@@ -27,7 +27,7 @@ from motorcade.errors import Phrase
 from motorcade.mats.model import Corners, Disc, Mat
 from motorcade.mats.schema import FARTHEST_M, SHORTEST_M
 from motorcade.missions.model import Goal, Mission, Wording, Zone
-from motorcade.program.compiler import length_ms
+from motorcade.program.parts import length_ms
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.positions import AVOID_ENABLE_AT
 
@@ -408,6 +408,11 @@ class AskedGoal(GoalKind):
         if since >= 0:
             return since
         return None
+
+    def met(self, is_over: bool, why: Phrase) -> GoalState:
+        """Return how it stands with a goal that is met now, at the end or at some moment."""
+        is_for_good = is_over or self.asked.when == judging.SOME_MOMENT
+        return GoalState("met" if is_for_good else "holds", self.met_since_ms, why)
 
     @property
     def last_ms(self) -> int:
