@@ -1,15 +1,10 @@
 """A made-up device, declared in a copy of the sources as CONTRIBUTING.md says, reaches all that follows."""
 
-import shutil
-import subprocess
-import sys
-from pathlib import Path
-
 import pytest
 
-from support.waiting import DEADLINE_S
+from support.source_copy import SourceCopy
 
-ROOT = Path(__file__).parent.parent
+PATCHES = "patches: tuple[Corners, ...] = ()\n"
 # A bumper: no bit is free, so it takes that of the PIR sensor.
 BUMPER = '''"""The bumper: two switches at the front."""
 
@@ -72,52 +67,41 @@ print("touched: Uint8Array;  // 0 to 3" in world_types(), '"kerb": "ends"' in wo
 """
 
 
-def run(folder, *command):
-    environment = {"PYTHONPATH": str(folder / "src"), "PATH": "", "SYSTEMROOT": ""}
-    made = subprocess.run(
-        [sys.executable, *command], cwd=folder, env=environment, capture_output=True, text=True, timeout=DEADLINE_S
-    )
-    return made.returncode, made.stdout + made.stderr
-
-
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory):
     """A copy of the sources in which the bumper has the place of the PIR sensor; what is generated is written."""
-    folder = tmp_path_factory.mktemp("bumper")
-    skipped = shutil.ignore_patterns("__pycache__", "page", "libraries", "*.wasm", "gallery")
-    for name in ("src", "scripts", "firmware"):
-        shutil.copytree(ROOT / name, folder / name, ignore=skipped)
-    devices = folder / "src/motorcade/devices"
-    (devices / "bumper.py").write_text(BUMPER, encoding="utf-8")
-    listed = (devices / "__init__.py").read_text(encoding="utf-8")
-    listed = listed.replace("motorcade.devices.pir import PIR", "motorcade.devices.bumper import BUMPER")
-    (devices / "__init__.py").write_text(listed.replace("VOICE, PIR,", "VOICE, BUMPER,"), encoding="utf-8")
-    brain = folder / "src/motorcade/car/brain.py"
-    text = brain.read_text(encoding="utf-8").replace("PIR_AT", "BUMPER_AT")
-    brain.write_text(text.replace("senses.person", "senses.touches"), encoding="utf-8")
-    for name, field, more in (
-        ("mats/model.py", "patches: tuple[Corners, ...] = ()\n", "kerbs: tuple[Wall, ...] = ()\n"),
-        ("engine/moment.py", "sends: Flags\n", "touched: Bytes\n"),
-    ):
-        path = folder / "src/motorcade" / name
-        path.write_text(path.read_text(encoding="utf-8").replace(field, f"{field}    {more}"), encoding="utf-8")
-    assert run(folder, "-c", "from scripts.generate import SOURCES, write; write(SOURCES, check=False)")[0] == 0
-    return folder
+    copy = SourceCopy(tmp_path_factory.mktemp("bumper"))
+    (copy.package / "devices" / "bumper.py").write_text(BUMPER, encoding="utf-8")
+    changes = {
+        "devices/__init__.py": (
+            ("motorcade.devices.pir import PIR", "motorcade.devices.bumper import BUMPER"),
+            ("VOICE, PIR,", "VOICE, BUMPER,"),
+        ),
+        "car/brain.py": (("PIR_AT", "BUMPER_AT"), ("senses.person", "senses.touches")),
+        "mats/model.py": ((PATCHES, f"{PATCHES}    kerbs: tuple[Wall, ...] = ()\n"),),
+        "engine/moment.py": (("sends: Flags\n", "sends: Flags\n    touched: Bytes\n"),),
+    }
+    for path, replacements in changes.items():
+        copy.change(f"src/motorcade/{path}", *replacements)
+    made = copy.run("-c", "from scripts.generate import SOURCES, write; write(SOURCES, check=False)")
+    assert made.returncode == 0, made.stderr
+    return copy
 
 
 def test_a_declared_device_reaches_words_steps_boards_pins_arduino_mats_and_pictures(copy):
-    code, said = run(copy, "-c", PROBE)
-    assert code == 0, said
+    ran = copy.run("-c", PROBE)
+    assert ran.returncode == 0, ran.stderr
     kerb = "((0.0, 1.0, 2.0, 3.0),) [{'from_m': [0.0, 1.0], 'to_m': [2.0, 3.0]}] uint8 72"
-    assert said.split("\n")[:5] == ["12 0 0 2", "1 True", "True", kerb, "True True"]
-    header = (copy / "firmware/arduino/src/MotorcadeBoard.h").read_text(encoding="utf-8")
+    assert ran.stdout.split("\n")[:5] == ["12 0 0 2", "1 True", "True", kerb, "True True"]
+    header = (copy.folder / "firmware/arduino/src/MotorcadeBoard.h").read_text(encoding="utf-8")
     assert "virtual uint8_t touches() { return 0; }" in header
     assert "sees_person" not in header
 
 
 def test_texts_that_a_new_device_lacks_are_named_in_a_sentence(copy):
-    code, said = run(copy, "-m", "scripts.generate", "--check")
-    assert code == 1
+    ran = copy.run("-m", "scripts.generate", "--check")
+    said = ran.stdout + ran.stderr
+    assert ran.returncode == 1
     assert "src/motorcade/locales/zh.json lacks page.blocks.bumper: the text of the block" in said
     assert "src/motorcade/locales/en.json lacks phrases.device-bumper: the name of the part" in said
     assert "Traceback" not in said

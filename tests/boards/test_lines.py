@@ -1,17 +1,13 @@
 """A simulated car at a TCP port; and a serial port that may go away."""
 
 import socket
-import time
 from contextlib import ExitStack, closing, contextmanager, suppress
-from pathlib import Path
 
 import pytest
 import serial
 
-from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore, simulated_car
+from motorcade.boards.computer import ImageStore, simulated_car
 from motorcade.boards.lines import SerialLine, TcpPort
-from motorcade.car.loop import Car
-from motorcade.config.profile import levels_of
 from motorcade.errors import MotorcadeError
 from motorcade.upload import serial_port
 from support.mock_pi import PiClock
@@ -38,112 +34,12 @@ def store(tmp_path):
     return ImageStore(tmp_path / "car" / "store.image")
 
 
-class LineRig:
-    """A simulated car whose loop and clock a test moves, and a client at the other end of its line."""
-
-    def __init__(self, store):
-        self.line = TcpPort("127.0.0.1", 0)
-        self.now_s = 0.0
-        self.events = []
-        equipment = Equipment(
-            True,
-            0,
-            levels_of(CLASSROOM),
-            self.line,
-            store.load(),
-            store.save,
-            observe=lambda *event: self.events.append(event),
-            clock_s=lambda: self.now_s,
-        )
-        self.car = Car(ComputerBoard(equipment))
-        self.client = serial.serial_for_url(self.line.address, timeout=0)
-
-    def tick(self, times=1):
-        for _ in range(times):
-            self.line.wait(0)
-            self.car.tick()
-
-    def answer(self, data, count):
-        """Return the first ``count`` bytes of the car's answer to ``data``."""
-        self.client.write(data)
-        got = b""
-        end_s = time.monotonic() + DEADLINE_S
-        while time.monotonic() < end_s:
-            self.line.wait(0.001)
-            self.car.tick()
-            got += self.client.read(count - len(got))
-            if len(got) == count:
-                return got
-        raise AssertionError(f"the car answered no more than {got}")
-
-    def readback(self, length):
-        return self.answer(READBACK_REQUEST, length)
-
-    def close(self):
-        self.client.close()
-        self.line.close()
-
-
 @contextmanager
 def running_car(store):
     """Run a simulated car in a thread and give the address of its line."""
     line = TcpPort("127.0.0.1", 0)
     with closing(line), simulated_car(line, store, CLASSROOM):
         yield line.address
-
-
-# A car whose clock the test moves
-
-
-def test_a_new_image_is_stored_answered_and_run_at_once(store):
-    with closing(LineRig(store)) as rig:
-        assert rig.readback(4) == NO_PROGRAM
-        assert rig.answer(NEW, len(OK_NEW)) == OK_NEW
-        assert store.load() == NEW
-        assert rig.readback(len(NEW)) == NEW
-    assert [kind for kind, *_ in rig.events if kind != "frame"] == ["image", "state"]
-
-
-def test_a_restart_keeps_the_image_and_runs_it(store):
-    store.save(OLD)
-    with closing(LineRig(store)) as restarted:
-        assert restarted.readback(len(OLD)) == OLD
-        restarted.now_s = 3.5
-        restarted.tick()
-    states = [(at_ms, word, index) for kind, at_ms, word, index in restarted.events if kind == "state"]
-    assert states == [(0, 0x64800000, 0), (1000, 0x6D000000, 1), (3000, 0x64800000, 0)]
-
-
-@pytest.mark.parametrize("cut", [1, 4, 7])
-def test_an_upload_that_breaks_off_keeps_the_old_image_and_the_car_answers_again(store, cut):
-    store.save(OLD)
-    refusal = f"ERR cut off after {cut} bytes\n".encode()
-    with closing(LineRig(store)) as rig:
-        rig.tick()
-        rig.client.write(NEW[:cut])
-        rig.line.wait(DEADLINE_S)
-        rig.tick(2)
-        rig.now_s += 0.6
-        assert rig.answer(b"", len(refusal)) == refusal
-        assert rig.readback(len(OLD)) == OLD
-        assert store.load() == OLD
-        assert rig.answer(NEW, len(OK_NEW)) == OK_NEW
-    assert store.load() == NEW
-
-
-def test_an_image_that_cannot_be_stored_is_refused_and_the_old_one_stays(store, monkeypatch):
-    def full(path, target):
-        raise OSError("disk full")
-
-    store.save(OLD)
-    refusal = b"ERR the image could not be stored\n"
-    with closing(LineRig(store)) as rig:
-        with monkeypatch.context() as broken:
-            broken.setattr(Path, "replace", full)
-            assert rig.answer(NEW, len(refusal)) == refusal
-        assert rig.readback(len(OLD)) == OLD
-        assert store.load() == OLD
-        assert rig.answer(NEW, len(OK_NEW)) == OK_NEW
 
 
 # TCP, with one client at a time

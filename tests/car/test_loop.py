@@ -1,6 +1,8 @@
 """The loop of a car on a test board: its clock and its random draws, with ticks at any time."""
 
+from binascii import crc32
 from collections import Counter
+from unittest.mock import Mock
 
 import pytest
 
@@ -12,6 +14,7 @@ from motorcade.words.formats import FLOW, STATE
 from motorcade.words.image import Image, image_words
 from motorcade.words.packing import words_to_bytes
 from motorcade.words.request import NAME, car_request
+from motorcade.words.upload import READBACK_REQUEST
 from support.mock_board import MockBoard
 from support.timelines import Moment
 
@@ -83,6 +86,32 @@ def test_late_ticks_cost_the_leader_no_time(tick_ms: int) -> None:
     frames = [(t_ms, word) for t_ms, kind, word, _ in late.noted if kind == "frame"]
     assert frames
     assert all(word == compiled.words[-2:][t_ms // 1000 % 2] for t_ms, word in frames)
+
+
+def test_an_image_that_breaks_off_or_cannot_be_stored_leaves_the_old_one(monkeypatch) -> None:
+    old, new = (compile_program(Program([forward(seconds)])).image for seconds in (1, 2))
+    board = MockBoard(old)
+    car = Car(board)
+
+    def answers(coming: bytes) -> bytes:
+        """What the car has answered 0.6 s after these bytes."""
+        board.coming, board.answers = coming, b""
+        car.tick()
+        board.clock_ms += 600
+        car.tick()
+        return board.answers
+
+    for cut in (1, 4, 7):
+        assert answers(new[:cut]) == f"ERR cut off after {cut} bytes\n".encode()
+    with monkeypatch.context() as full:
+        full.setattr(board, "store_image", Mock(side_effect=OSError("disk full")))
+        assert answers(new) == b"ERR the image could not be stored\n"
+    assert answers(READBACK_REQUEST) == old == board.image
+    assert answers(new) == b"OK words=2 crc32=%08x\n" % crc32(new)
+    assert answers(READBACK_REQUEST) == new == board.image
+    states = [(at_ms, word) for at_ms, kind, word, _ in board.noted if kind == "state"]
+    assert {word for at_ms, word in states if at_ms <= 4 * 600} == {int.from_bytes(old[4:], "big")}
+    assert states[-1][1] == int.from_bytes(new[4:], "big")
 
 
 def slow_board(is_leader: bool) -> MockBoard:

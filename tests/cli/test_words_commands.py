@@ -240,14 +240,6 @@ def test_a_word_that_cannot_be_gets_one_sentence(typed, names, allowed):
 # decompile and inspect
 
 
-def test_decompile_prints_a_project_that_compiles_to_the_same_bytes(tmp_path):
-    first, second, again = tmp_path / "a.image", tmp_path / "b.image", tmp_path / "again.motorcade.json"
-    data("compile", PARADE, "-o", first)
-    again.write_text(json.dumps(data("decompile", first)), encoding="utf-8")
-    data("compile", again, "-o", second)
-    assert second.read_bytes() == first.read_bytes()
-
-
 def test_decompile_for_a_profile_of_ones_own_prints_a_project_that_compiles(image, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     shutil.copy(Path(profile.__file__).parents[1] / "profiles" / "classroom.toml", "mine.toml")

@@ -3,17 +3,12 @@
 import ast
 import json
 import re
-import shutil
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
 from motorcade.missions.schema import GOALS
-from support.waiting import DEADLINE_S
+from support.source_copy import ROOT, SourceCopy
 
-ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "motorcade"
 KIND = '''
 
@@ -85,25 +80,19 @@ print(json.dumps(told))
 @pytest.fixture
 def copy(tmp_path):
     """A copy of the sources with the kind, and its texts in each language."""
-    skipped = shutil.ignore_patterns("__pycache__", "page")
-    for name in ("src", "scripts"):
-        shutil.copytree(ROOT / name, tmp_path / name, ignore=skipped)
-    source = tmp_path / "src" / "motorcade"
-    with (source / "missions" / "car_goals.py").open("a", encoding="utf-8") as file:
+    copy = SourceCopy(tmp_path)
+    with (copy.package / "missions" / "car_goals.py").open("a", encoding="utf-8") as file:
         file.write(KIND)
-    for path in (source / "locales").glob("*.json"):
+    for path in (copy.package / "locales").glob("*.json"):
         texts = json.loads(path.read_text(encoding="utf-8"))
         texts["phrases"] |= PHRASES
         texts["page"]["missions"]["kinds"]["faces-left"] = "face left"
         path.write_text(json.dumps(texts), encoding="utf-8")
-    return tmp_path
+    return copy
 
 
 def test_a_declared_kind_is_judged_tried_and_graded(copy):
-    environment = {"PYTHONPATH": str(copy / "src"), "PATH": "", "SYSTEMROOT": ""}
-    ran = subprocess.run(
-        [sys.executable, "-c", PROBE], cwd=copy, env=environment, capture_output=True, text=True, timeout=DEADLINE_S
-    )
+    ran = copy.run("-c", PROBE)
     assert ran.returncode == 0, ran.stderr
     told = json.loads(ran.stdout)
     assert (told["asks"], told["kinds"], told["schema"]) == ("Face left once", True, True)

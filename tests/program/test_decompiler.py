@@ -30,6 +30,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words, parse_image
 from support.strategies import BRISK, CLASSROOM, programs
+from support.strategies import words as control_words
 
 PROFILES = st.sampled_from([CLASSROOM, BRISK])
 BIT = st.integers(0, 1)
@@ -37,21 +38,8 @@ LEVEL = st.integers(0, 3)
 
 
 @st.composite
-def control_words(draw: st.DrawFn, **fixed: int) -> int:
-    """Any control word that an image may hold, nothing behind a block that is off."""
-    values = {name: draw(BIT) for name in ("accept_ir", "forward", "voice", "pir", "floor")}
-    values |= {"led_which": draw(LEVEL), "led_duration": draw(LEVEL)}
-    if draw(st.booleans()):
-        values |= {"motor_enable": 1, "motor_direction": draw(LEVEL), "motor_speed": draw(LEVEL)}
-        values |= {"motor_duration": draw(LEVEL)}
-    if draw(st.booleans()):
-        values |= {"avoid_enable": 1, "avoid_radius": draw(LEVEL), "avoid_duration": draw(LEVEL)}
-    return CONTROL.encode(**(values | fixed))
-
-
-@st.composite
 def images(draw: st.DrawFn) -> tuple[int, ...]:
-    leader = draw(st.lists(control_words(accept_ir=0, forward=1), max_size=5))
+    leader = draw(st.lists(control_words(leads=True), max_size=5))
     few = draw(st.lists(control_words(), min_size=1, max_size=3))
     followers = draw(st.lists(st.sampled_from(few) | control_words(), max_size=8))
     tagged = draw(BIT) if followers else 0

@@ -59,7 +59,7 @@ def assert_alike(seed):
         return
     image = parse_image(compiled.words)
     as_tree = run_tree(program, seed, TICKS, CLASSROOM)
-    as_words = run_words(image.leader, image.followers, seed, TICKS, CLASSROOM)
+    as_words = run_words(image, seed, TICKS, CLASSROOM)
     assert abs(len(as_tree) - len(as_words)) <= TICKS // 10
     for (does, told), seen in zip(as_tree, as_words, strict=False):
         assert (does, told and control_word(told, LEVELS, 1, 0)) == seen

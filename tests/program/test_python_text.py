@@ -29,7 +29,6 @@ from motorcade.locales import languages
 from motorcade.program.model import align, bare, with_ids_of
 from motorcade.program.python_reader import read_python
 from motorcade.program.python_writer import python_text, updated_text
-from support.command_line import run
 from support.strategies import programs
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -319,17 +318,3 @@ def test_any_text_is_a_program_or_has_its_mistakes_named(text):
         read_python(text)
         return
     diagnostics_of(text)
-
-
-def test_the_command_line_compiles_python_text_without_executing_it(tmp_path):
-    file = tmp_path / "parade.py"
-    file.write_text(HEAD + "program = Program([forward(3)])\nif __name__ == '__main__': raise SystemExit(3)\n")
-    image = tmp_path / "parade.image"
-    assert run("compile", file, "-o", image).code == 0
-    again = run("decompile", image, "--python").out
-    assert read_python(again).program == Program([forward(3)])
-    file.write_text(HEAD + "program = Program([\n  open('made', 'w')])")
-    refused = run("compile", file, "--language", "zh")
-    assert refused.code == 1
-    assert "第 3 行第 3 列" in refused.err
-    assert not (tmp_path / "made").exists()

@@ -8,16 +8,19 @@ from collections.abc import Sequence
 from random import Random
 from typing import Any, NamedTuple
 
+from motorcade.car.senses import Senses
 from motorcade.config.profile import Profile
-from motorcade.program.conditions import SENSES, All, AnyOf, Chance, Counted, Not
+from motorcade.program.conditions import All, AnyOf, Chance, Counted, Not
 from motorcade.program.flow_steps import ChangeStep, DoStep, IfStep, SetStep, TellStep
 from motorcade.program.model import Program
 from motorcade.program.parts import ENDLESS_MS, cut, parts_of
 from motorcade.program.steps import RepeatStep
-from motorcade.words.formats import CONTROL, FLOW, STATE
+from motorcade.words.flow import IN_TURN
+from motorcade.words.formats import CONTROL
+from motorcade.words.image import Image
+from support.deciding_leader import MOST_FLOW_WORDS, OFF, DecidingLeader
 
 TICK_MS = 50
-MOST_FLOW_WORDS = 16
 _MOTOR_AT, _LED_AT, _AVOID_AT = (CONTROL.field(f"{name}_duration").low for name in ("motor", "led", "avoid"))
 _FLAGS = sum(CONTROL.field(name).word_mask for name in ("voice", "pir"))
 _FLOOR = CONTROL.field("floor").word_mask
@@ -32,7 +35,9 @@ class DecidingWorld:
     def __init__(self, seed: int, profile: Profile) -> None:
         self.profile = profile
         self.now = 0
+        self.voice = 0
         self.heard = 0
+        self.obstacle_mm, self.person, self.floor = OFF
         self.counters: dict[Any, int] = {}
         self.decided = 0
         self._random = Random(seed)
@@ -44,20 +49,22 @@ class DecidingWorld:
         if self.now // 700 != getattr(self, "_period", -1):
             self._period = self.now // 700
             self.obstacle_mm = random.randrange(80, 480)
-            self.person = random.random() < 0.4
+            self.person = int(random.random() < 0.4)
             self.floor = random.randrange(4)
+        self.voice = 0
         if random.random() < 0.02:
-            self.heard |= 1 << random.randrange(2)
+            self.voice = 1 + random.randrange(2)
+            self.heard |= self.voice
         self.decided = 0
 
-    def draw(self, values: int) -> int:
-        return self._draws.randrange(values)
+    def draw(self) -> int:
+        return self._draws.getrandbits(32)
 
     def senses(self, sense: str, level: int) -> bool:
         if sense == "obstacle":
             return self.obstacle_mm < self.profile.avoid_radii_mm[level]
         if sense == "person":
-            return self.person
+            return self.person > 0
         if sense == "voice":
             return self.heard >> level & 1 > 0
         return (self.floor > 0, self.floor & 1 > 0, self.floor & 2 > 0, self.floor == 3)[level]
@@ -69,7 +76,7 @@ class DecidingWorld:
     def count(self, counter: Any, how: int, value: int) -> None:
         now = self.counters.get(counter, 0)
         if how == 3:
-            value = self.draw(value + 1)
+            value = self.draw() // 256 % (value + 1)
         self.counters[counter] = (value, min(255, now + value), max(0, now - value), value)[how]
 
     def decide(self) -> None:
@@ -129,7 +136,7 @@ def run_tree(program: Program, seed: int, ticks: int, profile: Profile) -> list[
             case Counted(name, comparison, number):
                 return world.compares(name, comparison, number)
             case Chance(percent):
-                return world.draw(256) < round(percent * 2.56)
+                return world.draw() >> 24 < round(percent * 2.56)
         return world.senses(condition.sense, condition.level)
 
     def walk(steps):
@@ -229,64 +236,24 @@ def boundaries(act: Act, passed_ms: int) -> int:
     return count + (passed_ms - at) // 3000
 
 
-def run_words(leader: list[int], followers: list[int], seed: int, ticks: int, profile: Profile) -> list[Any]:
-    """What the car does in each tick, read from the words."""
+def run_words(image: Image, seed: int, ticks: int, profile: Profile) -> list[Any]:
+    """What the car does in each tick, read from the words by the oracle of the tests of the car."""
     world = DecidingWorld(seed, profile)
-    names = ["always", *SENSES]
-    state, began, at, told = None, 0, 0, None
-    calls: list[int] = []
+    leader = DecidingLeader(image, profile, world.draw, world.now)
     seen = []
-
-    def holds(condition: int, level: int, values: Any = None) -> bool:
-        if condition == 5:
-            return world.compares(values.counter, ("is", "below", "above")[level], values.value)
-        if condition == 6:
-            return world.draw(256) < values.value
-        return condition == 0 or world.senses(names[condition], level)
-
     for number in range(ticks):
         if number:
             world.tick()
-        end = world.now
-        if state is not None:
-            values = STATE.decode(state)
-            if values.until and world.now > began and holds(values.until, values.until_level) != values.until_not:
-                state = None
-            elif world.now - began >= length_of(state, profile):
-                end = began + length_of(state, profile)
-                state = None
-        try:
-            while state is None:
-                word = leader[at]
-                at = (at + 1) % len(leader)
-                if word >> 31 == 0:
-                    state, began, world.heard = word, end, 0
-                    if world.now - began >= length_of(state, profile):
-                        end, state = began + length_of(state, profile), None
-                    continue
-                world.decide()
-                values = FLOW.decode(word)
-                taken = holds(values.condition, values.level, values) != values.if_not or not values.condition
-                if values.op == 0 and taken:
-                    at = values.target
-                elif values.op == 1 and taken:
-                    calls = [*calls, at][-4:]
-                    at = values.target
-                elif values.op == 2:
-                    at = calls.pop() if calls else 0
-                elif values.op == 3:
-                    world.count(values.counter, values.level, values.value)
-                elif values.op == 4:
-                    told = None if values.target == 255 else followers[values.target]
-        except TooManyDecisionsError:
+        found = leader.tick(world.now, world.voice, Senses(world.obstacle_mm, world.person, world.floor))
+        if found.state is None:
             break
-        parts, flags = parts_in(state, profile)
-        seen.append((doing(parts, flags, world.now - began), told))
+        parts, flags = parts_in(image.leader[found.state], profile)
+        told = None if leader.turn else found.told
+        if leader.waiting is not None:
+            told = None if leader.waiting[0] == IN_TURN else leader.waiting[0]
+        does = doing(parts, flags, world.now - found.began_ms)
+        seen.append((does, None if told is None else image.followers[told]))
     return seen
-
-
-def length_of(word: int, profile: Profile) -> int:
-    return max(duration for _, _, duration in parts_in(word, profile)[0]) or profile.idle_state_ms
 
 
 def parts_in(word: int, profile: Profile) -> tuple[list[tuple[int, int, int]], int]:
