@@ -4,11 +4,14 @@ The parts are blocks, mats, missions, studio, lessons, class and remote; all whe
 in both languages, but for those of mats and missions, which have no text.
 """
 
+import faulthandler
 import io
 import json
+import os
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -22,7 +25,7 @@ from playwright.sync_api import Browser, Locator, Page, Route, StorageState, exp
 from scripts import chromium
 from scripts.blocks_page import SAMPLES, sample_project
 from scripts.screenshots import PROJECT
-from scripts.studio_process import ROOT, build_page, project_link, running_studio
+from scripts.studio_process import ROOT, StudioProcess, build_page, project_link, running_studio
 
 from motorcade.locales import catalogue
 from motorcade.missions.document import built_in_mission, missions
@@ -40,6 +43,8 @@ LANGUAGES = {"en": "", "zh": ".zh"}
 SIZE = (1180, 760)
 THUMBNAIL_PX, THUMBNAIL_QUALITY, QUALITY = 200, 60, 72
 PATIENCE_MS = 120_000
+# The missions of the lessons alone play for six minutes.
+MOST_PART_S = 1800
 # The longest mission of a lesson whose end is shown lasts so long.
 RUN_MS = 26_000
 # The missions of the lessons that are shown at work: the name of the picture, the mission, which of its programs.
@@ -236,6 +241,23 @@ def take_remote(browser: Browser) -> None:
         process.kill()
 
 
+@contextmanager
+def ended_when_late(part: str, studio: StudioProcess) -> Iterator[None]:
+    """End all where a part takes too long: Playwright waits for ever for a browser that hangs."""
+
+    def end() -> None:
+        print(f"The part {part} takes more than {MOST_PART_S} s. It waits here:", file=sys.stderr, flush=True)
+        faulthandler.dump_traceback()
+        studio.kill()
+        os._exit(1)
+
+    timer = threading.Timer(MOST_PART_S, end)
+    timer.daemon = True
+    timer.start()
+    yield
+    timer.cancel()
+
+
 def main() -> None:
     """Make the parts that are named, or all."""
     browser_path = chromium.find_or_install()
@@ -256,7 +278,8 @@ def main() -> None:
                 "remote": lambda: take_remote(browser),
             }
             for name in sys.argv[1:] or parts:
-                parts[name]()
+                with ended_when_late(name, studio):
+                    parts[name]()
         browser.close()
 
 
