@@ -7,7 +7,7 @@ import { boxOf, drawWorld } from "../classroom/drawing";
 import type { WallWorld } from "../generated/classroom";
 import type { BegunWord, Difference } from "../generated/messages";
 import { inLanguage, say, useTexts } from "../i18n";
-import type { Box } from "../mat/camera";
+import { type Box, RADIUS_M } from "../mat/camera";
 import { colourOfWord, colourWords } from "../mat/colours";
 import fields from "../ui/fields.module.css";
 import { useMat } from "../mat/store";
@@ -106,7 +106,7 @@ function RunCanvas({ picture, car, label }: { picture: Picture | undefined; car:
   const hello = useMat((now) => now.hello);
   const zones = useMission(({ mission }) => mission?.zones);
   const world = useMemo(
-    (): WallWorld => ({ pupil: "", mat, leads: hello?.leads ?? [], radius_m: hello?.radius_m ?? 0.075, cars: hello?.cars ?? 0, zones: zones ?? [], goals: [] }),
+    (): WallWorld => ({ pupil: "", mat, leads: hello?.leads ?? [], radius_m: hello?.radius_m ?? RADIUS_M, cars: hello?.cars ?? 0, zones: zones ?? [], goals: [] }),
     [mat, hello, zones],
   );
   useEffect(() => {

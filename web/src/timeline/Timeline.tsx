@@ -1,10 +1,11 @@
 import { type PointerEvent, useEffect, useRef, useState } from "react";
 import type { CompiledWord } from "../api/types";
+import type { CarEvent } from "../api/world";
 import { useTexts } from "../i18n";
 import { colourWords, hexColour, UNKNOWN, watchTheme } from "../mat/colours";
 import { session } from "../mat/session";
 import { choose, chosenCar, useMat } from "../mat/store";
-import { type Window, windowAt, type CarEvent, clock, decisionOf, type Jump, jumpTo } from "./events";
+import { type Window, windowAt, clock, decisionOf, type Jump, jumpTo } from "./events";
 import { Downloads } from "./Downloads";
 import { AXIS_PX, LANE_PX, lookOf, paint } from "./painting";
 import css from "./timeline.module.css";
