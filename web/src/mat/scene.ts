@@ -3,7 +3,7 @@
 import type { WorldHello, Picture } from "../api/world";
 import type { MissionZone } from "../generated/messages";
 import { inLanguage } from "../i18n";
-import { useSettings } from "../state/settings";
+import { isStart } from "../state/settings";
 import { isCalm, sharpContext, watchSize } from "../ui/areas";
 import { areWordsDue } from "../words/compiling";
 import { Air } from "./air";
@@ -174,8 +174,7 @@ export class Scene {
     this.cars.take(picture, this.colours);
     this.air.take(picture, now, (car) => isCalm() || this.cars.hear(car, now));
     // Who begins has not met lost messages yet.
-    const isTold = useSettings.getState().level !== "start";
-    for (const { car, collided } of isTold ? missed : []) this.cars.lose(car, collided, now);
+    for (const { car, collided } of isStart() ? [] : missed) this.cars.lose(car, collided, now);
     this.undrawn = true;
     this.draw();
   }
