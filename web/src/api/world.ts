@@ -1,7 +1,7 @@
 /** A world of cars in play: the messages to it, its answers, and its pictures. */
 
 import type { WorldAnswer, WorldMessage } from "../generated/messages";
-import { columnBytes, type Columns, columnsOf, EVENT_COLUMNS, HEADER, HEADER_BYTES, type KINDS, type LOSS_REASONS } from "../generated/world";
+import { columnBytes, type Columns, columnsOf, EVENT_COLUMNS, EventColumn, HEADER, HEADER_BYTES, KINDS, LOSS_REASONS } from "../generated/world";
 
 export { EVENT_COLUMNS, EventColumn, Flag, KINDS, LATELY_S, LOSS_REASONS, MOST_EVENTS, NO_INDEX, NO_LED } from "../generated/world";
 
@@ -33,9 +33,39 @@ export interface Picture extends Columns {
 export type EventKind = (typeof KINDS)[number];
 export type LossReason = (typeof LOSS_REASONS)[number];
 
-/** The kind of a picture, and the flag of one that doesn't continue the one before. */
-export const PICTURE = 1;
-export const FIRST = 2;
+/** What happened to a car. */
+export interface CarEvent {
+  tMs: number;
+  car: number;
+  kind: EventKind;
+  why: LossReason;
+  word: number;
+  other: number;
+}
+
+/** The event in a row of events. */
+export function eventIn(rows: Uint32Array, row: number): CarEvent {
+  const at = row * EVENT_COLUMNS;
+  const kind = rows[at + EventColumn.kind]!;
+  return {
+    tMs: rows[at + EventColumn.tMs]!,
+    car: rows[at + EventColumn.car]!,
+    kind: KINDS[kind & 255] ?? "state",
+    why: LOSS_REASONS[(kind >> 8) & 255] ?? "",
+    word: rows[at + EventColumn.word]!,
+    other: rows[at + EventColumn.other]!,
+  };
+}
+
+/** What happened since the picture before, the oldest first. */
+export function* eventsOf({ events }: Picture): Generator<CarEvent> {
+  for (let row = 0; row < events.length / EVENT_COLUMNS; row++) yield eventIn(events, row);
+}
+
+/** The kind of a picture, and the flags of one of the past, and of one that doesn't continue the one before. */
+const PICTURE = 1;
+const PAST = 1;
+const FRESH = 2;
 
 /** Null for bytes that are no picture: of another kind, or cut off. */
 export function decodePicture(bytes: ArrayBuffer): Picture | null {
@@ -49,8 +79,8 @@ export function decodePicture(bytes: ArrayBuffer): Picture | null {
   return {
     frame: number(HEADER.number),
     tMs: number(HEADER.t_ms),
-    past: (flags & 1) !== 0,
-    fresh: (flags & 2) !== 0,
+    past: (flags & PAST) !== 0,
+    fresh: (flags & FRESH) !== 0,
     cars,
     lost: number(HEADER.lost),
     ...columnsOf(bytes, HEADER_BYTES, cars),

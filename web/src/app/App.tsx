@@ -22,7 +22,7 @@ import { Header } from "./Header";
 import { openEditors, prepare, prepareEditors } from "./start";
 import { Tour } from "./Tour";
 import css from "./app.module.css";
-import { watchSize } from "../ui/areas";
+import { endAll, watchSize } from "../ui/areas";
 import areas from "../ui/areas.module.css";
 import { classes } from "../ui/classes";
 import { TextButton } from "../ui/controls";
@@ -139,10 +139,7 @@ function useEditorsDue(): boolean {
     // Another project may be opened before.
     const stop = useStudio.subscribe(({ isOpening }) => isOpening || make());
     void session.drawn.then(make);
-    return () => {
-      clearTimeout(timer);
-      stop();
-    };
+    return endAll(stop, () => clearTimeout(timer));
   }, [due]);
   return due;
 }

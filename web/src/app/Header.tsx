@@ -1,23 +1,11 @@
-import {
-  Button,
-  Header as MenuTitle,
-  Input,
-  Menu,
-  MenuItem,
-  MenuSection,
-  MenuTrigger,
-  Popover,
-  Separator,
-  Text,
-  TextField,
-} from "react-aria-components";
+import { Button, Header as MenuTitle, Input, MenuSection, Separator, Text, TextField } from "react-aria-components";
 import { changeLanguage, languages, nameOf, useLanguage, useTexts } from "../i18n";
 import { exportCsv, exportPicture, openFile, save, saveFile, startNew } from "../projects/actions";
 import { openDialog } from "../state/dialogs";
 import { redo, undo, useHistory } from "../state/history";
 import { type Level, LEVELS, openDrawer, THEMES, useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { IconButton, TextButton } from "../ui/controls";
+import { Entry, IconButton, MenuButton, TextButton } from "../ui/controls";
 import { Icon } from "../ui/icons";
 import { collectEdits } from "../words/compiling";
 import css from "./app.module.css";
@@ -39,40 +27,38 @@ function Logo() {
 function FileMenu() {
   const t = useTexts();
   const item = (text: "menu.new" | "menu.open" | "menu.examples" | "menu.library" | "menu.save" | "menu.saveFile" | "menu.share" | "menu.upload" | "menu.calibrate" | `export.${"csv" | "svg" | "png" | "print"}`, run: () => void) => (
-    <MenuItem className={controls.menuItem} id={text} onAction={run}>
+    <Entry id={text} onAction={run}>
       {t(text)}
-    </MenuItem>
+    </Entry>
+  );
+  const button = (
+    <TextButton quiet>
+      <Icon name="file" />
+      <span className={css.buttonText}>{t("menu.project")}</span>
+    </TextButton>
   );
   return (
-    <MenuTrigger>
-      <TextButton quiet >
-        <Icon name="file" />
-        <span className={css.buttonText}>{t("menu.project")}</span>
-      </TextButton>
-      <Popover className={controls.popover} placement="bottom start">
-        <Menu aria-label={t("menu.project")}>
-          {item("menu.new", () => void startNew())}
-          {item("menu.open", () => void openFile())}
-          {item("menu.examples", () => openDialog("examples"))}
-          <Separator className={controls.menuLine} />
-          {item("menu.save", () => void save())}
-          {item("menu.library", () => openDialog("library"))}
-          {item("menu.saveFile", () => void saveFile())}
-          {item("menu.share", () => openDialog("share"))}
-          <Separator className={controls.menuLine} />
-          {item("menu.upload", () => openDialog("upload"))}
-          {item("menu.calibrate", () => openDialog("calibration"))}
-          <Separator className={controls.menuLine} />
-          <MenuSection>
-            <MenuTitle className={controls.menuTitle}>{t("export.title")}</MenuTitle>
-            {item("export.csv", exportCsv)}
-            {item("export.svg", () => void exportPicture("svg"))}
-            {item("export.png", () => void exportPicture("png"))}
-            {item("export.print", () => window.print())}
-          </MenuSection>
-        </Menu>
-      </Popover>
-    </MenuTrigger>
+    <MenuButton button={button} placement="bottom start" aria-label={t("menu.project")}>
+      {item("menu.new", () => void startNew())}
+      {item("menu.open", () => void openFile())}
+      {item("menu.examples", () => openDialog("examples"))}
+      <Separator className={controls.menuLine} />
+      {item("menu.save", () => void save())}
+      {item("menu.library", () => openDialog("library"))}
+      {item("menu.saveFile", () => void saveFile())}
+      {item("menu.share", () => openDialog("share"))}
+      <Separator className={controls.menuLine} />
+      {item("menu.upload", () => openDialog("upload"))}
+      {item("menu.calibrate", () => openDialog("calibration"))}
+      <Separator className={controls.menuLine} />
+      <MenuSection>
+        <MenuTitle className={controls.menuTitle}>{t("export.title")}</MenuTitle>
+        {item("export.csv", exportCsv)}
+        {item("export.svg", () => void exportPicture("svg"))}
+        {item("export.png", () => void exportPicture("png"))}
+        {item("export.print", () => window.print())}
+      </MenuSection>
+    </MenuButton>
   );
 }
 
@@ -89,33 +75,32 @@ function LevelMenu() {
   const t = useTexts();
   const level = useSettings((settings) => settings.level);
   const name = t("level.button", { level: t(`level.${level}`) });
+  const button = (
+    <TextButton quiet aria-label={name}>
+      <Icon name="levels" />
+      <span className={css.buttonText}>{name}</span>
+    </TextButton>
+  );
   return (
-    <MenuTrigger>
-      <TextButton quiet aria-label={name}>
-        <Icon name="levels" />
-        <span className={css.buttonText}>{name}</span>
-      </TextButton>
-      <Popover className={controls.popover} placement="bottom end">
-        <Menu
-         
-          aria-label={t("level.title")}
-          selectionMode="single"
-          disallowEmptySelection
-          selectedKeys={[level]}
-          onAction={(key) => chooseLevel(key as Level)}
-        >
-          {LEVELS.map((each) => (
-            <MenuItem key={each} id={each} className={controls.menuItem} textValue={t(`level.${each}`)}>
-              <Icon name="done" />
-              <span className={css.level}>
-                <Text slot="label">{t(`level.${each}`)}</Text>
-                <Text slot="description" className="quiet small">{t(`level.${each}About`)}</Text>
-              </span>
-            </MenuItem>
-          ))}
-        </Menu>
-      </Popover>
-    </MenuTrigger>
+    <MenuButton
+      button={button}
+      placement="bottom end"
+      aria-label={t("level.title")}
+      selectionMode="single"
+      disallowEmptySelection
+      selectedKeys={[level]}
+      onAction={(key) => chooseLevel(key as Level)}
+    >
+      {LEVELS.map((each) => (
+        <Entry key={each} id={each} textValue={t(`level.${each}`)}>
+          <Icon name="done" />
+          <span className={css.level}>
+            <Text slot="label">{t(`level.${each}`)}</Text>
+            <Text slot="description" className="quiet small">{t(`level.${each}About`)}</Text>
+          </span>
+        </Entry>
+      ))}
+    </MenuButton>
   );
 }
 
@@ -124,35 +109,30 @@ function SettingsMenu() {
   const language = useLanguage();
   const theme = useSettings((settings) => settings.theme);
   return (
-    <MenuTrigger>
-      <IconButton icon="settings" label={t("settings.title")} />
-      <Popover className={controls.popover} placement="bottom end">
-        <Menu aria-label={t("settings.title")}>
-          <MenuSection selectionMode="single" disallowEmptySelection selectedKeys={[language]}>
-            <MenuTitle className={controls.menuTitle}>{t("settings.language")}</MenuTitle>
-            {languages().map((each) => (
-              <MenuItem key={each} id={each} className={controls.menuItem} lang={each} onAction={() => void changeLanguage(each)}>
-                <Icon name="done" />
-                {nameOf(each)}
-              </MenuItem>
-            ))}
-          </MenuSection>
-          <MenuSection selectionMode="single" disallowEmptySelection selectedKeys={[theme]}>
-            <MenuTitle className={controls.menuTitle}>{t("settings.theme")}</MenuTitle>
-            {THEMES.map((name) => (
-              <MenuItem key={name} id={name} className={controls.menuItem} onAction={() => useSettings.setState({ theme: name })}>
-                <Icon name="done" />
-                {t(`settings.${name}`)}
-              </MenuItem>
-            ))}
-          </MenuSection>
-          <Separator className={controls.menuLine} />
-          <MenuItem className={controls.menuItem} id="help" onAction={() => openDialog("help")}>
-            {t("help.title")}
-          </MenuItem>
-        </Menu>
-      </Popover>
-    </MenuTrigger>
+    <MenuButton button={<IconButton icon="settings" label={t("settings.title")} />} placement="bottom end" aria-label={t("settings.title")}>
+      <MenuSection selectionMode="single" disallowEmptySelection selectedKeys={[language]}>
+        <MenuTitle className={controls.menuTitle}>{t("settings.language")}</MenuTitle>
+        {languages().map((each) => (
+          <Entry key={each} id={each} lang={each} onAction={() => void changeLanguage(each)}>
+            <Icon name="done" />
+            {nameOf(each)}
+          </Entry>
+        ))}
+      </MenuSection>
+      <MenuSection selectionMode="single" disallowEmptySelection selectedKeys={[theme]}>
+        <MenuTitle className={controls.menuTitle}>{t("settings.theme")}</MenuTitle>
+        {THEMES.map((name) => (
+          <Entry key={name} id={name} onAction={() => useSettings.setState({ theme: name })}>
+            <Icon name="done" />
+            {t(`settings.${name}`)}
+          </Entry>
+        ))}
+      </MenuSection>
+      <Separator className={controls.menuLine} />
+      <Entry id="help" onAction={() => openDialog("help")}>
+        {t("help.title")}
+      </Entry>
+    </MenuButton>
   );
 }
 

@@ -4,31 +4,41 @@ import type * as Blockly from "blockly/core";
 import { say, type Texts } from "../i18n";
 import type { Profile } from "../api/types";
 import { FLOW_CONDITIONS, FLOW_OPS, SENSES } from "../generated/steps";
-import { useSettings } from "../state/settings";
+import { isStart } from "../state/settings";
 import { CONDITION_CHECK } from "./endings";
 import { levelMeaning } from "./figures";
 import type { BlockIcon } from "./fields";
 import { COMPARISONS } from "../words/deciding";
 import { counterField, ownBlockField } from "./names";
 
-type Option = [string, string];
-type Field = Record<string, unknown>;
+export type Option = [string, string];
+export type Field = Record<string, unknown>;
 type Drawer = "decide" | "count" | "tell" | "mine";
 /** The keys of blocks' texts. */
 export type Message = { [Key in keyof Texts["blocks"]]: Texts["blocks"][Key] extends string ? Key : never }[keyof Texts["blocks"]];
 
-export interface DecidingBlock {
-  /** The key of its texts. */
+/** A type of block. */
+export interface Definition {
+  /** The key of the block's text, and of its tooltip. */
   message: Message & keyof Texts["tooltips"];
   style: string;
-  drawer: Drawer;
   icon: BlockIcon;
+  /** Fields, and gaps for conditions, which stand in its text. */
   fields?: (profile: Profile) => Field[];
+  /** The step takes time: what ends it can be chosen. */
+  takesTime?: boolean;
+  /** The step lasts as long as those beside it in a together. */
+  accompanies?: boolean;
   /** Its rows of blocks, each with the text above it. */
   holds?: { name: string; above?: "else" }[];
-  isCondition?: boolean;
+  hat?: boolean;
   /** It stands alone, as a hat does. */
   isAlone?: boolean;
+  isCondition?: boolean;
+}
+
+interface DecidingBlock extends Definition {
+  drawer: Drawer;
   /** Whether the first level has it. */
   inStart?: boolean;
   /** The kinds of steps that a mission must allow for it. */
@@ -39,20 +49,20 @@ export interface DecidingBlock {
 const MOST_COUNT = 255;
 
 const gap = (name: string): Field => ({ type: "input_value", name, check: CONDITION_CHECK });
-const menu = (name: string, options: () => Option[]): Field => ({ type: "field_dropdown", name, options });
-const figure = (name: string, value: number, min: number, max: number): Field => ({ type: "field_number", name, value, min, max, precision: 1 });
+export const menu = (name: string, options: Option[] | (() => Option[])): Field => ({ type: "field_dropdown", name, options });
+export const figure = (name: string, value: number, min: number, max: number): Field => ({ type: "field_number", name, value, min, max, precision: 1 });
 const count = (name: string, value: number) => figure(name, value, 0, MOST_COUNT);
 
 const radii = (profile: Profile): Option[] => {
-  const inStart = useSettings.getState().level === "start";
   const text = (level: number) => {
     const meaning = levelMeaning(profile, "radius", level);
-    return inStart ? meaning : say("blocks.speed", { level, meaning });
+    return isStart() ? meaning : say("blocks.speed", { level, meaning });
   };
   return SENSES.obstacle.map((level) => [text(level), String(level)]);
 };
 
-const STEPS = [{ name: "STEPS" }];
+/** The one row of blocks of most that have any. */
+export const STEPS = [{ name: "STEPS" }];
 const REPEATS = ["repeat", "if"];
 
 const BLOCKS = {

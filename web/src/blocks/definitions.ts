@@ -5,8 +5,8 @@ import type { Profile, EditorName } from "../api/types";
 import type { Mat } from "../generated/world";
 import { STEP_KINDS, CATEGORIES, HAT_IN_START } from "../generated/steps";
 import { say, type Texts, textsOf } from "../i18n";
-import { useSettings } from "../state/settings";
-import { DECIDING_BLOCKS, holdParts, type Message, NEVER_OFFERED } from "./deciding";
+import { isStart } from "../state/settings";
+import { DECIDING_BLOCKS, type Definition, type Field, figure, holdParts, menu, type Message, NEVER_OFFERED, type Option, STEPS } from "./deciding";
 import { CONDITION_CHECK, EndsField, endsInputs, followEnds, TIME } from "./endings";
 import { levelText, plainSeconds, secondsMeaning } from "./figures";
 import { NameField } from "./names";
@@ -14,8 +14,6 @@ import { type BlockIcon, IconField, iconOf, SecondsField, SpeedField, speedsOf, 
 import { pictureAbove } from "./drawers";
 import { isMinded, MINDED_CHECK, MINDED_KINDS, mindingBlock } from "./minding";
 
-type Option = [string, string];
-type Field = Record<string, unknown>;
 type StepKind = (typeof STEP_KINDS)[number];
 type StepField = StepKind["fields"][number];
 
@@ -23,29 +21,6 @@ const HIDDEN = "HIDDEN";
 /** Enough for any program: a car holds 255 states. */
 const MOST_TIMES = 1000;
 
-interface Definition {
-  /** The key of the block's text, and of its tooltip. */
-  message: Message & keyof Texts["tooltips"];
-  style: string;
-  icon: BlockIcon;
-  /** Fields, and gaps for conditions, which stand in its text. */
-  fields?: (profile: Profile) => Field[];
-  /** The step takes time: what ends it can be chosen. */
-  takesTime?: boolean;
-  /** The step lasts as long as those beside it in a together. */
-  accompanies?: boolean;
-  /** Its rows of blocks, each with the text above it. */
-  holds?: { name: string; above?: "else" }[];
-  hat?: boolean;
-  /** It stands alone, as a hat does. */
-  isAlone?: boolean;
-  isCondition?: boolean;
-}
-
-/** Whether the page shows few kinds of blocks, and words in place of figures. */
-const isStart = () => useSettings.getState().level === "start";
-
-const dropdown = (name: string, options: Option[] | (() => Option[])): Field => ({ type: "field_dropdown", name, options });
 const seconds = (profile: Profile): Field => ({
   type: SecondsField.KIND,
   name: "SECONDS",
@@ -68,19 +43,17 @@ function inputOf(field: StepField, profile: Profile): Field {
     case "seconds":
       return seconds(profile);
     case "choice":
-      return dropdown(field.name, () => choices(field.options));
+      return menu(field.name, () => choices(field.options));
     case "number":
-      return { type: "field_number", name: field.name, value: field.first, min: field.minimum, max: MOST_TIMES, precision: 1 };
+      return figure(field.name, field.first, field.minimum, MOST_TIMES);
     case "level":
       if (field.menu === "speed") return { type: SpeedField.KIND, name: field.name, options: speedsOf(profile), first: String(field.first) };
       return {
-        ...dropdown(field.name, () => field.levels.map((level): Option => [levelText(profile, field.menu, level, isStart()), String(level)])),
+        ...menu(field.name, () => field.levels.map((level): Option => [levelText(profile, field.menu, level, isStart()), String(level)])),
         tooltip: field.levels.map((level) => levelText(profile, field.menu, level)).join(" · "),
       };
   }
 }
-
-const STEPS = [{ name: "STEPS" }];
 
 /** The block of a kind of step. */
 function definitionOf({ kind, category, accompanies, holds, fields }: StepKind): Definition {
@@ -102,8 +75,8 @@ const DEFINITIONS: Record<string, Definition> = {
     fields: (profile) => [
       checkbox("ACCEPT_IR", true, say("fields.accept_ir")),
       { ...checkbox("FORWARD", false, say("fields.forward")), tooltip: say("tooltips.passOn") },
-      { ...dropdown("TAGGED", taggedChoices), tooltip: say("tooltips.tagged") },
-      dropdown("DWELL", dwells(profile)),
+      { ...menu("TAGGED", taggedChoices), tooltip: say("tooltips.tagged") },
+      menu("DWELL", dwells(profile)),
     ],
   },
   ...Object.fromEntries(STEP_KINDS.map((each) => [`motorcade_${each.kind}`, definitionOf(each)])),
@@ -113,7 +86,7 @@ const DEFINITIONS: Record<string, Definition> = {
     style: "infrared",
     icon: "infrared",
     holds: STEPS,
-    fields: () => [dropdown("ACCEPT_IR", infraredChoices), dropdown("FORWARD", infraredChoices)],
+    fields: () => [menu("ACCEPT_IR", infraredChoices), menu("FORWARD", infraredChoices)],
   },
 };
 

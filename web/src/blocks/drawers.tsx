@@ -5,6 +5,7 @@ import { createRoot, type Root } from "react-dom/client";
 import file from "../generated/blockClips.json";
 import { fitEnds } from "./endings";
 import { type Clip, ClipPicture, clipsOf } from "../mat/ClipPicture";
+import { listen } from "../ui/areas";
 
 const KIND = "picture";
 const SIZE_PX = { width: 140, height: 70 };
@@ -82,14 +83,11 @@ function firstGap(hat: Blockly.BlockSvg | undefined): Blockly.Connection | undef
 
 /** Blockly keeps the end of a gesture from bubbling. */
 function afterGesture(act: () => void): void {
-  const ended = new AbortController();
-  for (const end of ["pointerup", "pointercancel"]) {
-    const once = () => {
-      ended.abort();
-      setTimeout(act);
-    };
-    addEventListener(end, once, { capture: true, signal: ended.signal });
-  }
+  const once = () => {
+    end();
+    setTimeout(act);
+  };
+  const end = listen(window, ["pointerup", "pointercancel"], once, true);
 }
 
 /**
@@ -116,22 +114,21 @@ class Drawer extends Blockly.VerticalFlyout {
   /** A finger that swipes up or down scrolls, also where it begins on a block; Blockly would take the block out. */
   private followSwipe({ pointerId, pointerType, clientX, clientY }: PointerEvent): void {
     if (pointerType !== "touch" || !this.isScrollable()) return;
-    const ended = new AbortController();
     const blocks = this.getWorkspace();
     let lastY: number | null = null;
     const move = (event: PointerEvent) => {
       const [across, along] = [event.clientX - clientX, event.clientY - clientY].map(Math.abs);
       if (event.pointerId !== pointerId || Math.max(across!, along!) < SWIPE_PX) return;
       if (lastY === null && across! >= along!) {
-        ended.abort();
+        end();
         return;
       }
       if (lastY === null) this.targetWorkspace.cancelCurrentGesture();
       blocks.scroll(blocks.scrollX, blocks.scrollY + event.clientY - (lastY ?? clientY));
       lastY = event.clientY;
     };
-    addEventListener("pointermove", move, { capture: true, signal: ended.signal });
-    afterGesture(() => ended.abort());
+    const end = listen(window, ["pointermove"], move, true);
+    afterGesture(end);
   }
 
   override show(contents: Parameters<Blockly.VerticalFlyout["show"]>[0]): void {

@@ -4,7 +4,7 @@ import * as Blockly from "blockly/core";
 import type { Profile } from "../api/types";
 import { STEP_KINDS } from "../generated/steps";
 import { say } from "../i18n";
-import { useSettings } from "../state/settings";
+import { isStart } from "../state/settings";
 import { levelMeaning, levelText } from "./figures";
 
 interface SecondsConfig extends Blockly.FieldConfig {
@@ -72,7 +72,7 @@ function meaningBeside(block: Blockly.Block | null, profile: Profile, level: num
 
 export function speedsOf(profile: Profile): Options {
   return function (this: Blockly.FieldDropdown) {
-    const inWords = useSettings.getState().level === "start";
+    const inWords = isStart();
     return LEVELS.map((level) => {
       const text = say("blocks.speed", { level, meaning: meaningBeside(this.getSourceBlock(), profile, level) });
       return [inWords ? levelText(profile, "speed", level, true) : text, String(level)];

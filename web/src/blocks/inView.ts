@@ -5,7 +5,7 @@
 
 import { type BlockSvg, utils, type WorkspaceSvg } from "blockly/core";
 import type { CompiledWord, EditorName } from "../api/types";
-import { useSettings } from "../state/settings";
+import { isStart } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { endAll, watchSize } from "../ui/areas";
 import { colourOf, runsOf } from "../words/bits";
@@ -90,7 +90,7 @@ export function drawInView(editor: EditorName, workspace: WorkspaceSvg): () => v
 
   const draw = () => {
     frame = 0;
-    const words = useSettings.getState().level === "start" ? [] : (useStudio.getState().compiled?.words ?? []);
+    const words = isStart() ? [] : (useStudio.getState().compiled?.words ?? []);
     const own = new Map<string, { word: CompiledWord; times: number }>();
     for (const word of words) {
       if (!word.block || (word.part !== editor && editorWith(word.part as EditorName, word.block) !== editor)) continue;

@@ -109,8 +109,13 @@ export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.
   live.set(editor, workspace);
   lock(workspace);
   fitEveryBlock(workspace);
-  keepFocusAfterDrag(workspace);
-  showWhatWasDropped(workspace);
+  workspace.addChangeListener((event) => {
+    const isDrop = event instanceof Blockly.Events.BlockDrag && !event.isStart;
+    const block = isDrop && workspace.getBlockById(event.blockId!);
+    if (!block) return;
+    keepFocus(block);
+    void scrollTo(block);
+  });
   followNames(workspace);
   return workspace;
 }
@@ -119,23 +124,14 @@ export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.
  * Blockly draws the place where a block may snap in one picture later, and for that moves what stands there in the document.
  * A block that was dropped there before that picture loses the focus by it, and with it the small field of its ends.
  */
-function keepFocusAfterDrag(workspace: Blockly.WorkspaceSvg): void {
-  workspace.addChangeListener((event) => {
-    if (!(event instanceof Blockly.Events.BlockDrag) || event.isStart) return;
-    const block = workspace.getBlockById(event.blockId!);
-    if (block && document.activeElement === document.body) Blockly.getFocusManager().focusNode(block);
-  });
+function keepFocus(block: Blockly.BlockSvg): void {
+  if (document.activeElement === document.body) Blockly.getFocusManager().focusNode(block);
 }
 
 /** Scroll to all of a block that was dropped: its fields are wanted next, and the blocks of a phone are low. */
-function showWhatWasDropped(workspace: Blockly.WorkspaceSvg): void {
-  workspace.addChangeListener((event) => {
-    if (!(event instanceof Blockly.Events.BlockDrag) || event.isStart) return;
-    void Blockly.renderManagement.finishQueuedRenders().then(() => {
-      const block = workspace.getBlockById(event.blockId!);
-      if (block) workspace.scrollBoundsIntoView(block.getBoundingRectangleWithoutChildren());
-    });
-  });
+async function scrollTo(block: Blockly.BlockSvg): Promise<void> {
+  await Blockly.renderManagement.finishQueuedRenders();
+  if (!block.isDisposed()) block.workspace.scrollBoundsIntoView(block.getBoundingRectangleWithoutChildren());
 }
 
 const SOUND_RESTS_MS = 1000;

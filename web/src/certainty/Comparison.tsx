@@ -1,21 +1,20 @@
 /** Two runs on one timeline: where they part, why, and both stages at any time. */
 
-import { type CSSProperties, useEffect, useMemo, useRef, useState } from "react";
-import { Slider, SliderThumb, SliderTrack } from "react-aria-components";
+import { type CSSProperties, useCallback, useEffect, useMemo, useState } from "react";
 import type { Picture } from "../api/world";
-import { boxOf, drawWorld } from "../classroom/drawing";
+import { Tiles } from "../classroom/drawing";
+import { WorldCanvas } from "../classroom/WorldCanvas";
 import type { WallWorld } from "../generated/classroom";
 import type { BegunWord, Difference } from "../generated/messages";
 import { inLanguage, say, useTexts } from "../i18n";
-import type { Box } from "../mat/camera";
+import { RADIUS_M } from "../mat/camera";
 import { colourOfWord, colourWords } from "../mat/colours";
-import fields from "../ui/fields.module.css";
 import { useMat } from "../mat/store";
 import { useMission } from "../missions/store";
 import { useStudio, useWords } from "../state/studio";
 import { clock } from "../timeline/events";
-import { watchSize } from "../ui/areas";
 import { Sheet, TextButton } from "../ui/controls";
+import { Bar } from "../ui/fields";
 import { storyOf } from "../words/story";
 import { playFrom, trials, useTrials } from "./trials";
 import css from "./certainty.module.css";
@@ -72,12 +71,9 @@ export function Comparison({ names, onClose }: ComparisonProps) {
             <TextButton small isDisabled={difference.kind === "none"} onPress={() => trials.show(difference.t_ms)}>
               {t("compare.parting")}
             </TextButton>
-            <Slider className={css.slider} aria-label={t("compare.time")} minValue={0} maxValue={endMs} step={100} value={tMs} onChange={(to) => trials.show(to)}>
-              <SliderTrack className={fields.track}>
-                {difference.kind !== "none" && <span className={css.parting} style={{ "--at": difference.t_ms / Math.max(1, endMs) } as CSSProperties} />}
-                <SliderThumb className={fields.thumb} />
-              </SliderTrack>
-            </Slider>
+            <Bar label={t("compare.time")} minValue={0} maxValue={endMs} step={100} value={tMs} onChange={(to) => trials.show(to)}>
+              {difference.kind !== "none" && <span className={css.parting} style={{ "--at": difference.t_ms / Math.max(1, endMs) } as CSSProperties} />}
+            </Bar>
             <span>{clock(tMs)}</span>
             {runs && (
               <TextButton
@@ -100,29 +96,19 @@ export function Comparison({ names, onClose }: ComparisonProps) {
 
 /** One of the two stages. */
 function RunCanvas({ picture, car, label }: { picture: Picture | undefined; car: number | null; label: string }) {
-  const canvas = useRef<HTMLCanvasElement>(null);
-  const box = useRef<Box | null>(null);
+  const [tiles] = useState(() => new Tiles());
   const mat = useStudio((now) => now.mat);
   const hello = useMat((now) => now.hello);
   const zones = useMission(({ mission }) => mission?.zones);
   const world = useMemo(
-    (): WallWorld => ({ pupil: "", mat, leads: hello?.leads ?? [], radius_m: hello?.radius_m ?? 0.075, cars: hello?.cars ?? 0, zones: zones ?? [], goals: [] }),
+    (): WallWorld => ({ pupil: "", mat, leads: hello?.leads ?? [], radius_m: hello?.radius_m ?? RADIUS_M, cars: hello?.cars ?? 0, zones: zones ?? [], goals: [] }),
     [mat, hello, zones],
   );
+  const nameOf = useCallback((each: number) => (each === car ? String(each) : undefined), [car]);
   useEffect(() => {
-    const element = canvas.current!;
-    const draw = () => {
-      element.width = Math.round(element.clientWidth * devicePixelRatio);
-      element.height = Math.round(element.clientHeight * devicePixelRatio);
-      const context = element.getContext("2d");
-      if (!context) return;
-      box.current = boxOf(world, picture, box.current);
-      drawWorld(context, { world, cars: picture, box: box.current }, (each) => (each === car ? String(each) : undefined), devicePixelRatio);
-    };
-    draw();
-    return watchSize(element, draw);
-  }, [world, picture, car]);
-  return <canvas ref={canvas} className={css.stage} role="img" aria-label={label} />;
+    if (picture) tiles.show(world.pupil, picture);
+  }, [tiles, world, picture]);
+  return <WorldCanvas world={world} label={label} tiles={tiles} nameOf={nameOf} className={css.stage} />;
 }
 
 /** So much time before and after the parting is shown. */

@@ -13,7 +13,7 @@ import type { StoredProject } from "../generated/messages";
 import { say, startTexts, useLanguage } from "../i18n";
 import { useSettings } from "../state/settings";
 import { loadFigures, useStudio } from "../state/studio";
-import { watchSize } from "../ui/areas";
+import { endAll, watchSize } from "../ui/areas";
 import { askTeacher } from "./ask";
 import css from "./class.module.css";
 
@@ -72,11 +72,7 @@ function Program({ editor, state }: { editor: EditorName; state: WorkspaceState 
       zoom: { minScale: 0.3, maxScale: LARGEST_SCALE },
     });
     workspace.current = made;
-    const end = watchSize(host.current!, () => fit(made));
-    return () => {
-      end();
-      made.dispose();
-    };
+    return endAll(watchSize(host.current!, () => fit(made)), () => made.dispose());
   }, []);
   useEffect(() => workspace.current?.setTheme(themeOf(theme)), [theme]);
   useEffect(() => {

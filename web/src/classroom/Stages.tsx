@@ -1,59 +1,16 @@
-/** A world on a canvas, and all stages as tiles. */
+/** All stages as tiles. */
 
-import { type ReactNode, useCallback, useEffect, useRef, useState } from "react";
+import { type ReactNode, useEffect, useRef, useState } from "react";
 import type { MatView, PupilRow, ClassWall, WallAnswer, WallWorld } from "../generated/classroom";
-import { inLanguage, useTexts, watchLanguage } from "../i18n";
+import { inLanguage, useTexts } from "../i18n";
 import { ClassStream } from "./ask";
 import { Avatar } from "./Avatar";
-import type { Box } from "../mat/camera";
-import { watchTheme } from "../mat/colours";
-import { boxOf, type Cars, columnsFor, decodeWall, drawWorld, Tiles } from "./drawing";
+import { columnsFor, decodeWall, Tiles } from "./drawing";
 import { endAll, listen, watchSize } from "../ui/areas";
+import { type CanvasProps, WorldCanvas } from "./WorldCanvas";
 import css from "./class.module.css";
-import { classes } from "../ui/classes";
 
-interface CanvasProps {
-  world: WallWorld;
-  label: string;
-  /** What its cars show comes by these, under the world's pupil. */
-  tiles: Tiles;
-  nameOf?: (car: number) => string | undefined;
-}
-
-/** A world on a canvas, as large as there is room. */
-export function WorldCanvas({ world, label, tiles, nameOf }: CanvasProps) {
-  const canvas = useRef<HTMLCanvasElement>(null);
-  const box = useRef<Box | null>(null);
-  const last = useRef<Cars | undefined>(undefined);
-  const draw = useCallback(
-    (cars?: Cars) => {
-      const element = canvas.current;
-      const context = element?.getContext("2d");
-      if (!element || !context) return;
-      last.current = cars ?? last.current;
-      box.current = boxOf(world, last.current, box.current);
-      drawWorld(context, { world, cars: last.current, box: box.current }, nameOf, devicePixelRatio);
-    },
-    [world, nameOf],
-  );
-  useEffect(() => {
-    const element = canvas.current!;
-    return watchSize(element, () => {
-      element.width = Math.round(element.clientWidth * devicePixelRatio);
-      element.height = Math.round(element.clientHeight * devicePixelRatio);
-      draw();
-    });
-  }, [draw]);
-  useEffect(() => {
-    tiles.ready(world.pupil, draw);
-    draw();
-    return () => tiles.ready(world.pupil, null);
-  }, [draw, tiles, world.pupil]);
-  useEffect(() => endAll(watchLanguage(() => draw()), watchTheme(() => draw())), [draw]);
-  return <canvas ref={canvas} className={classes("whole", css.world)} role="img" aria-label={label} />;
-}
-
-interface TileProps extends CanvasProps {
+interface TileProps extends Omit<CanvasProps, "className"> {
   /** Its own page. */
   href: string;
   state?: string;
@@ -65,7 +22,7 @@ function Tile({ href, state, children, ...canvas }: TileProps) {
   return (
     <li className={css.tile} data-state={state} data-world={canvas.world.pupil}>
       <a href={href}>
-        <WorldCanvas {...canvas} />
+        <WorldCanvas {...canvas} className={css.world} />
         <span className={css.tileName}>{children}</span>
       </a>
     </li>

@@ -11,8 +11,9 @@ import { askTeacher, ClassStream } from "./ask";
 import { Avatar } from "./Avatar";
 import { Tiles } from "./drawing";
 import { HowToJoin } from "./HowToJoin";
-import { AllStages, WorldCanvas } from "./Stages";
+import { AllStages } from "./Stages";
 import { useClass } from "./useClass";
+import { WorldCanvas } from "./WorldCanvas";
 import css from "./class.module.css";
 
 const ShownBlocks = lazy(() => import("./ShownBlocks"));
@@ -85,7 +86,7 @@ function LargeWorld({ path, label, names, playable = false }: LargeProps) {
       {!open && <p className="caution">{t("linkLost")}</p>}
       {refused && <p className="caution">{inLanguage(refused)}</p>}
       {world ? (
-        <WorldCanvas world={world} label={label} nameOf={nameOf} tiles={tiles} />
+        <WorldCanvas world={world} label={label} nameOf={nameOf} tiles={tiles} className={css.world} />
       ) : (
         <p className="caution">{t("noWorldYet")}</p>
       )}

@@ -3,6 +3,7 @@
 import type { TeacherRequests, PupilRequests } from "../generated/classroom";
 import { LastingStream, openSocket, post as postTo } from "../api/connection";
 import { RefusedError, UnreachableError } from "../api/service";
+import { endAll, listen } from "../ui/areas";
 import type { WorkFile } from "./workFiles";
 
 /** The page that gives a session, by the error that asks for one. */
@@ -82,6 +83,7 @@ const SILENT_MS = 6000;
 export class ClassStream<Answer extends Told> {
   private readonly stream: LastingStream<Answer>;
   private heardAt = Date.now();
+  readonly close: () => void;
 
   constructor(
     path: string,
@@ -96,14 +98,12 @@ export class ClassStream<Answer extends Told> {
       onClose: () => listeners.onLink?.(false),
     });
     this.stream.reopen();
-    window.addEventListener("online", this.wake);
-    document.addEventListener("visibilitychange", this.wake);
+    // The device comes back: a silent connection may be one that is lost.
+    const wake = () => {
+      if (!document.hidden && Date.now() - this.heardAt >= SILENT_MS) this.stream.reopen();
+    };
+    this.close = endAll(listen(window, ["online"], wake), listen(document, ["visibilitychange"], wake), () => this.stream.close());
   }
-
-  /** Begin anew where the device comes back and a silent connection may be one that is lost. */
-  private readonly wake = (): void => {
-    if (!document.hidden && Date.now() - this.heardAt >= SILENT_MS) this.stream.reopen();
-  };
 
   private hear(): void {
     this.heardAt = Date.now();
@@ -120,11 +120,5 @@ export class ClassStream<Answer extends Told> {
 
   send(message: object): void {
     this.stream.send(message);
-  }
-
-  close(): void {
-    window.removeEventListener("online", this.wake);
-    document.removeEventListener("visibilitychange", this.wake);
-    this.stream.close();
   }
 }

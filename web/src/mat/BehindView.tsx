@@ -1,6 +1,6 @@
 import { useEffect, useRef } from "react";
 import { useTexts } from "../i18n";
-import { isCalm, sharpContext } from "../ui/areas";
+import { endAll, isCalm, sharpContext } from "../ui/areas";
 import { eyeBehind, paintBehind } from "./behind";
 import { shortestTurn } from "./motion";
 import type { Scene } from "./scene";
@@ -40,10 +40,7 @@ function Behind({ scene, car }: { scene: Scene; car: number }) {
     };
     const end = scene.listen(paint);
     scene.cover(true);
-    return () => {
-      end();
-      scene.cover(false);
-    };
+    return endAll(end, () => scene.cover(false));
   }, [scene, car]);
 
   const label = t(leads ? "mat.chasingLeader" : "mat.chasing", { number: car });

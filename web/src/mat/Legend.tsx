@@ -4,7 +4,7 @@ import type { EditorName } from "../api/types";
 import { NO_INDEX, type Picture } from "../api/world";
 import { findText } from "../blocks/workspaces";
 import { useTexts } from "../i18n";
-import { useSettings } from "../state/settings";
+import { isStart, useSettings } from "../state/settings";
 import { useWords } from "../state/studio";
 import { Icon } from "../ui/icons";
 import { LOSS_SIGNS } from "./carPaint";
@@ -25,7 +25,7 @@ export function Legend() {
   const t = useTexts();
   const words = useWords();
   const open = useSettings((settings) => settings.legend);
-  const marksShow = useSettings((settings) => settings.level !== "start");
+  const marksShow = !useSettings(isStart);
   const [held, setHeld] = useState(() => heldWords(session.picture));
   useEffect(() => session.listen((picture) => setHeld(heldWords(picture))), []);
   const { strong } = colourWords(words);

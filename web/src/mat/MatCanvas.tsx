@@ -10,7 +10,7 @@ import { tapCar, dragTo, drawRoad, duplicateChosen, moveBy, removeChosen, turnCa
 import { type Camera } from "./camera";
 import { panned, scaleBar, zoomed } from "./framing";
 import { colourWords } from "./colours";
-import { FURNITURE, listOf, type Mat } from "./document";
+import { piecesOf } from "./document";
 import { attachPointers, gripAt, nudgeOf } from "./pointer";
 import { chasedCar, choose, type Chosen, chosenCar, chosenPiece, drawRoads, toggleChase, useMat } from "./store";
 import { Scene } from "./scene";
@@ -85,14 +85,11 @@ function connect(scene: Scene): () => void {
   );
 }
 
-function allThings(mat: Mat, cars: number): NonNullable<Chosen>[] {
-  const pieces = FURNITURE.flatMap((kind) => listOf(mat, kind).map((_, place) => ({ piece: { kind, place } })));
-  return [...Array.from({ length: cars }, (_, car) => ({ car })), ...pieces];
-}
-
+/** Choose the next of all cars and pieces, or the one before. */
 function chooseNext(step: 1 | -1): void {
   const { hello, chosen } = useMat.getState();
-  const things = allThings(useStudio.getState().mat, hello?.cars ?? 0);
+  const cars = Array.from({ length: hello?.cars ?? 0 }, (_, car) => ({ car }));
+  const things = [...cars, ...piecesOf(useStudio.getState().mat).map(({ id }) => ({ piece: id }))];
   const now = things.findIndex((each) => JSON.stringify(each) === JSON.stringify(chosen));
   choose(things.at((now + step + things.length) % things.length) ?? null);
 }

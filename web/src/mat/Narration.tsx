@@ -2,7 +2,7 @@ import { memo, useEffect, useState } from "react";
 import type { Picture } from "../api/world";
 import type { ReceivedFrame } from "../generated/messages";
 import { say, useLanguage } from "../i18n";
-import { useSettings } from "../state/settings";
+import { isStart, useSettings } from "../state/settings";
 import { clock } from "../timeline/events";
 import { endAll } from "../ui/areas";
 import { describe, Pace, summarize } from "./account";
@@ -17,7 +17,7 @@ export const Narration = memo(function Narration() {
   const language = useLanguage();
   const on = useSettings((settings) => settings.caption);
   // Who begins has not met lost messages yet.
-  const isStart = useSettings((settings) => settings.level === "start");
+  const begins = useSettings(isStart);
   // Before anything happened there is nothing to say over the stage.
   const begun = useMat(({ state, tMs }) => tMs > 0 || (state?.playing ?? false));
   const [sentence, setSentence] = useState("");
@@ -33,15 +33,15 @@ export const Narration = memo(function Narration() {
         return;
       }
       const summary = summarize(picture, new Set(useMat.getState().hello?.leads), picture.past ? 0 : session.missed.count);
-      setSentence(describe(summary, isStart ? "none" : "counted"));
-      const text = describe(summary, isStart ? "none" : "mentioned");
+      setSentence(describe(summary, begins ? "none" : "counted"));
+      const text = describe(summary, begins ? "none" : "mentioned");
       if (pace.due(text, performance.now(), picture.fresh)) setAnnounced(text);
     };
     tell(session.picture);
     // What was not due when the last picture came is announced later.
     const timer = setInterval(() => tell(session.picture), MINIMUM_MS);
     return endAll(session.listen(tell), () => clearInterval(timer));
-  }, [on, isStart, language]);
+  }, [on, begins, language]);
 
   return (
     <>

@@ -1,19 +1,21 @@
-import { type Ref, useEffect, useRef, useState } from "react";
+import { type Ref, useEffect, useMemo, useRef, useState } from "react";
 import type { MissionZone } from "../generated/messages";
 import { sharpContext, watchSize } from "../ui/areas";
 import { type Box, boxOfMat, boxOfPoints, cameraOn, grown } from "./camera";
 import { type CarLook, carAt } from "./carLook";
 import { watchTheme } from "./colours";
 import type { Mat, Point } from "./document";
+import { lookOf } from "./floors";
 import { paint, type View, viewOf } from "./painter";
-import type { Mark } from "./shapes";
+import { line } from "./shapes";
 import type { ShownZone } from "./zones";
 
-const CAR_M = 0.15;
 /** A car is as long as this share of its picture at least. */
 const CAR_SHARE = 1 / 14;
 /** How large the cars of a crowd are, compared with others. */
 const CROWD_SIZE = 0.7;
+/** A hair: the way is 2 pixels wide. */
+const WAY_M = 0.001;
 
 /** A car at one moment. */
 export interface PlacedCar {
@@ -41,19 +43,14 @@ interface PictureProps {
 
 const NOTHING: readonly never[] = [];
 
-interface Shown {
-  of: readonly MissionZone[];
-  zones: readonly ShownZone[];
-  way: readonly Mark[];
-}
-
 /** A mat from above, painted as the stage is: a picture that always fits, also of a mission that a teacher wrote. */
 export function Picture({ mat, zones = NOTHING, cars, tMs = 0, way = NOTHING, size, onPoint, ref }: PictureProps) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const [look, setLook] = useState(0);
   useEffect(() => watchTheme(() => setLook((before) => before + 1)), []);
-  // What was made of these zones and this way last, so that the still layer stays.
-  const last = useRef<Shown>({ of: NOTHING, zones: NOTHING, way: NOTHING });
+  // The still layer stays as long as these are the same objects.
+  const shownZones = useMemo(() => zones.map((zone): ShownZone => ({ zone, name: null, fits: true })), [zones]);
+  const wayMarks = useMemo(() => (way.length > 1 ? [{ ...line(way, WAY_M, lookOf(mat).theme.leader, 0.35), leastPx: 2 }] : []), [way, mat, look]);
   useEffect(() => {
     const element = canvas.current!;
     const draw = () => {
@@ -61,18 +58,15 @@ export function Picture({ mat, zones = NOTHING, cars, tMs = 0, way = NOTHING, si
       if (!width || !height) return;
       const box = boxOf(mat, zones);
       const view = viewOf(mat);
-      const shown = last.current;
-      if (shown.of !== zones) Object.assign(shown, { of: zones, zones: zones.map((zone) => ({ zone, name: null, fits: true })) });
-      if (way.length > 1 && shown.way[0]?.way !== way) shown.way = [{ way, widthM: 0.001, leastPx: 2, colour: view.theme.leader, alpha: 0.35 }];
-      const carM = Math.max(CAR_M, CAR_SHARE * Math.max(box.right - box.left, (box.top - box.bottom) * 1.6));
-      Object.assign(view, { zones: shown.zones, below: shown.way, carM, isDetailed: false, tMs });
-      view.cars = cars ? cars.map((car) => lookOf(car, view)) : firstCars(mat, view);
+      const carM = Math.max(view.carM, CAR_SHARE * Math.max(box.right - box.left, (box.top - box.bottom) * 1.6));
+      Object.assign(view, { zones: shownZones, below: wayMarks, carM, isDetailed: false, tMs });
+      view.cars = cars ? cars.map((car) => carOf(car, view)) : firstCars(mat, view);
       const context = sharpContext(element, width, height);
       paint(context, view, cameraOn(box, { width, height }), element.width / width);
     };
     draw();
     return watchSize(element, draw);
-  }, [mat, zones, cars, tMs, way, look]);
+  }, [mat, zones, shownZones, cars, tMs, wayMarks, look]);
   return (
     <span ref={ref} className="whole" style={size} aria-hidden="true" onPointerEnter={() => onPoint?.(true)} onPointerLeave={() => onPoint?.(false)}>
       <canvas ref={canvas} className="whole" />
@@ -80,7 +74,7 @@ export function Picture({ mat, zones = NOTHING, cars, tMs = 0, way = NOTHING, si
   );
 }
 
-function lookOf({ at: [x, y], headingDeg, isLeader, led }: PlacedCar, { theme }: View): CarLook {
+function carOf({ at: [x, y], headingDeg, isLeader, led }: PlacedCar, { theme }: View): CarLook {
   return carAt(x, y, (headingDeg * Math.PI) / 180, isLeader, isLeader ? theme.leader : theme.follower, led);
 }
 
@@ -89,7 +83,7 @@ function firstCars({ car = [], crowd = [], size_m }: Mat, view: View): CarLook[]
   const crowds = crowd.flatMap(({ corner_m, size_m: size, cars }) =>
     spread(corner_m ?? [0, 0], size ?? size_m ?? [1, 1], cars).map(([x, y]) => ({ ...carAt(x, y, 0, false, view.theme.follower), size: CROWD_SIZE })),
   );
-  const placed = car.map(({ at_m, heading_deg = 0, role }) => lookOf({ at: at_m, headingDeg: heading_deg, isLeader: role === "leader" }, view));
+  const placed = car.map(({ at_m, heading_deg = 0, role }) => carOf({ at: at_m, headingDeg: heading_deg, isLeader: role === "leader" }, view));
   return [...crowds, ...placed];
 }
 

@@ -3,7 +3,7 @@ import { PieceStop } from "../certainty/StopTools";
 import { useTexts } from "../i18n";
 import { useStudio } from "../state/studio";
 import { carsOf } from "./cars";
-import { FURNITURE, handlesOf, listOf, pieceOf, type PieceId, type Voice, without } from "./document";
+import { handlesOf, pieceOf, type PieceId, piecesOf, type Voice, without } from "./document";
 import { canGrow, canLose, changed, reshaped, retimed, withoutPoint, withPointAfter } from "./edits";
 import { Quantity, ToolButton, ToolSwitch } from "../ui/fields";
 import { RoadInspector } from "./RoadTools";
@@ -19,7 +19,7 @@ export function PieceInspector() {
   const mat = useStudio(({ mat }) => mat);
   const piece = useMat(chosenPiece);
   const cars = carsOf(mat);
-  const all = FURNITURE.flatMap((kind) => listOf(mat, kind).map((_, place): PieceId => ({ kind, place })));
+  const all = piecesOf(mat).map(({ id }) => id);
   if (all.length === 0) return <p className="quiet">{t("mat.onlyCars", { count: cars.leaders + cars.followers })}</p>;
   const key = ({ kind, place }: PieceId) => `${kind} ${place}`;
   return (

@@ -5,6 +5,7 @@ import { say } from "../i18n";
 import { notify } from "../state/dialogs";
 import { record } from "../state/history";
 import { useStudio } from "../state/studio";
+import { RADIUS_M } from "./camera";
 import { carsOf, MOST_ONE_BY_ONE, oneByOne, type CarPoses } from "./cars";
 import { type Car, type FurnitureKind, listOf, type Mat, type PieceId, type Point, rounded } from "./document";
 import { added, duplicated, moved, removed, reshaped } from "./edits";
@@ -17,8 +18,6 @@ import { choose, chosenCar, drawRoads, editMat, isFixed, useMat } from "./store"
 export type NewKind = Exclude<FurnitureKind, "line"> | Tile | "leader" | "follower";
 export const NEW_KINDS: readonly NewKind[] = ["leader", "follower", "wall", "disc", "polygon", "person", "spot", "patch", ...TILES];
 const BESIDE_M = 0.25;
-/** Half of a car of the classroom's profile, until the world says what its own are. */
-const RADIUS_M = 0.075;
 
 /** The document with each car written on its own, so that one of them can change; null where there are too many. */
 function separate(): Mat | null {

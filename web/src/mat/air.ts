@@ -1,11 +1,9 @@
 /** What is in the air: the rings of frames that go out, and how far infrared reaches. Lengths are metres. */
 
-import { EVENT_COLUMNS, EventColumn, Flag, KINDS, type Picture } from "../api/world";
+import { eventsOf, Flag, type Picture } from "../api/world";
 import type { MatTheme } from "./colours";
 import type { Drawn } from "./motion";
 
-const FRAME = KINDS.indexOf("frame");
-const HEARD = KINDS.indexOf("heard");
 const RING_MS = 600;
 /** More rings would hide the cars, and be slow without a graphics processor. */
 const MOST_RINGS = 60;
@@ -40,12 +38,9 @@ export class Air {
 
   /** Take a picture's events; `onHeard` is told which cars heard a frame. */
   take(picture: Picture, atMs: number, onHeard: (car: number) => void): void {
-    const { events } = picture;
-    for (let at = 0; at < events.length; at += EVENT_COLUMNS) {
-      const kind = events[at + EventColumn.kind]!;
-      const car = events[at + EventColumn.car]!;
-      if ((kind & 255) === FRAME && this.shown && !this.still()) this.begin(car, atMs);
-      else if ((kind & 255) === HEARD) onHeard(car);
+    for (const { kind, car } of eventsOf(picture)) {
+      if (kind === "frame" && this.shown && !this.still()) this.begin(car, atMs);
+      if (kind === "heard") onHeard(car);
     }
     this.senders = [];
     if (!this.still()) return;

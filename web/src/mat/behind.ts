@@ -6,7 +6,7 @@
 
 import type { Size } from "./camera";
 import { carMarks } from "./carLooks";
-import { type CarLook } from "./carLook";
+import type { CarLook } from "./carLook";
 import { DARK, dot } from "./carPaint";
 import { pageFont, plateColour } from "./colours";
 import { listOf, personAt, type Point } from "./document";
@@ -14,8 +14,8 @@ import { figure } from "./figure";
 import { skyOver } from "./floors";
 import { marksOf } from "./marks";
 import type { View } from "./painter";
-import { area, line, type Mark } from "./shapes";
-import { bandAlong, ringOf } from "./ways";
+import { area, type Mark, rim } from "./shapes";
+import { bandAlong, chordsOf, closedWay, distance, pointBetween, ringOf } from "./ways";
 import { zoneMarks } from "./zones";
 
 export interface Eye {
@@ -67,7 +67,7 @@ const turn = ([ax, ay]: Point, [bx, by]: Point, [cx, cy]: Point) => (bx - ax) * 
 
 /** How many sides of an outline, or of a wall, a line from a point to another crosses. */
 function crossed(footprint: readonly Point[], a: Point, b: Point): number {
-  const sides = footprint.length > 2 ? footprint.map((from, k) => [from, footprint[(k + 1) % footprint.length]!] as const) : [[footprint[0]!, footprint[1]!] as const];
+  const sides = chordsOf(footprint.length > 2 ? closedWay(footprint) : footprint);
   return sides.filter(([c, d]) => turn(a, b, c) > 0 !== turn(a, b, d) > 0 && turn(c, d, a) > 0 !== turn(c, d, b) > 0).length;
 }
 
@@ -85,12 +85,12 @@ export function paintOrder(eye: Eye, solids: readonly Solid[]): Solid[] {
     const ahead = aheadOf(eye, solid.at);
     const { at, footprint } = solid;
     if (footprint) return { solid, ahead };
-    const beyond: Point = [at[0] + (at[0] - from[0]) * BEYOND, at[1] + (at[1] - from[1]) * BEYOND];
+    const beyond = pointBetween(from, at, 1 + BEYOND);
     let [most, least] = [ahead, 0];
     for (const other of solids) {
       if (!other.footprint) continue;
       const otherAhead = aheadOf(eye, other.at);
-      const reach = Math.max(...other.footprint.map(([x, y]) => Math.hypot(x - other.at[0], y - other.at[1])));
+      const reach = Math.max(...other.footprint.map((corner) => distance(corner, other.at)));
       // All of it is nearer than the car, or all of it is farther.
       if (Math.abs(otherAhead - ahead) > reach) continue;
       if (crossed(other.footprint, from, at)) least = Math.max(least, otherAhead + 1e-6);
@@ -132,19 +132,19 @@ export function paintBehind(g: CanvasRenderingContext2D, view: View, eye: Eye, s
 
   /** The sides of a prism that look this way, darker the more they look aside, with its windows. */
   const sides = (outline: readonly Point[], { colour, lowM = 0, highM = 0, panes }: Mark, edge: string) => {
-    const isLeft = outline.reduce((sum, [ax, ay], k) => sum + ax * outline[(k + 1) % outline.length]![1] - outline[(k + 1) % outline.length]![0] * ay, 0) > 0;
-    outline.forEach((a, k) => {
-      const b = outline[(k + 1) % outline.length]!;
-      if (turn(a, b, [eye.x, eye.y]) > 0 === isLeft) return;
+    const chords = chordsOf(closedWay(outline));
+    const isLeft = chords.reduce((sum, [[ax, ay], [bx, by]]) => sum + ax * by - bx * ay, 0) > 0;
+    for (const [a, b] of chords) {
+      if (turn(a, b, [eye.x, eye.y]) > 0 === isLeft) continue;
       const across = Math.abs(Math.sin(Math.atan2(b[1] - a[1], b[0] - a[0]) - eye.heading));
       fill(upright(a, b, lowM, highM), colour, 1, edge);
       fill(upright(a, b, lowM, highM), "#000000", 0.38 - 0.16 * across);
-      const count = panes ? Math.min(6, Math.floor(Math.hypot(b[0] - a[0], b[1] - a[1]) / PANE_M)) : 0;
+      const count = panes ? Math.min(6, Math.floor(distance(a, b) / PANE_M)) : 0;
       for (let pane = 0; pane < count; pane++) {
-        const at = (share: number): Point => [a[0] + (b[0] - a[0]) * share, a[1] + (b[1] - a[1]) * share];
-        fill(upright(at((pane + 0.25) / count), at((pane + 0.75) / count), 0.12, 0.21), panes!);
+        const [left, right] = [0.25, 0.75].map((share) => pointBetween(a, b, (pane + share) / count));
+        fill(upright(left!, right!, 0.12, 0.21), panes!);
       }
-    });
+    }
   };
   const paintMark = (mark: Mark) => {
     const { way, widthM, colour, alpha = 1, lowM, highM = 0 } = mark;
@@ -182,7 +182,7 @@ export function paintBehind(g: CanvasRenderingContext2D, view: View, eye: Eye, s
     const ring = ringOf([x, y], radiusM);
     paintMark(area(ring, colour, inside));
     g.globalAlpha = alpha;
-    paintMark({ ...line([...ring, ring[0]!], 0.001, colour), leastPx: widthPx });
+    paintMark({ ...rim(ring, colour), leastPx: widthPx });
     g.globalAlpha = 1;
   }
 
@@ -201,7 +201,7 @@ export function paintBehind(g: CanvasRenderingContext2D, view: View, eye: Eye, s
     g.fillText(String(number), ...rear);
   };
   const solids: Solid[] = things.map(({ footprint, marks }) => {
-    const at: Point = [(footprint[0]![0] + footprint.at(-1)![0]) / 2, (footprint[0]![1] + footprint.at(-1)![1]) / 2];
+    const at = pointBetween(footprint[0]!, footprint.at(-1)!, 0.5);
     const hides = crossed(footprint, [eye.x, eye.y], chased) > 0;
     const paint = () => {
       g.globalAlpha = hides ? SHEER : 1;

@@ -21,6 +21,8 @@ export interface Box {
   top: number;
 }
 
+/** Half of a car of the classroom's profile, until the world says what its own are. */
+export const RADIUS_M = 0.075;
 /** No car is painted shorter where there are at most FEW_CARS: on a large mat it is larger than it is. */
 const SHORTEST_PX = 24;
 const LEAST_PX = 9;

@@ -1,6 +1,7 @@
 /** How the looks of cars change with each picture: colours by their words, lights, wheels that turn, signs of lost messages, dances. */
 
 import type { Picture } from "../api/world";
+import { RADIUS_M } from "./camera";
 import { type CarLook, carAt, LEADER_SIZE, MOST_RICH } from "./carLook";
 import { LEDS, carColour, hexColour, type WordColours } from "./colours";
 import { DARK, LAMPS, type LossSign } from "./carPaint";
@@ -33,7 +34,7 @@ export class CarLooks {
   leads: ReadonlySet<number> = new Set();
   looks: CarLook[] = [];
   private memories: Memory[] = [];
-  private halfM = 0.075;
+  private halfM = RADIUS_M;
   private dance: { leader: readonly DanceMove[]; followers: readonly DanceMove[]; sinceMs: number } | null = null;
 
   setCars(cars: number, leads: ReadonlySet<number>, radiusM: number): void {

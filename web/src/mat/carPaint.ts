@@ -3,7 +3,8 @@
 export const DARK = "#1b2330";
 const GLASS = "#27364a";
 
-export function rounded(g: CanvasRenderingContext2D, fill: string, box: readonly [number, number, number, number], radius: number) {
+/** A filled rectangle with round corners; its path stays, so that it can be stroked too. */
+export function rounded(g: CanvasRenderingContext2D, fill: string | CanvasGradient, box: readonly [number, number, number, number], radius: number | number[]) {
   g.fillStyle = fill;
   g.beginPath();
   g.roundRect(...box, radius);
@@ -107,22 +108,9 @@ export function beacon(g: CanvasRenderingContext2D) {
 const bodyFill = (g: CanvasRenderingContext2D) =>
   stopped(g.createLinearGradient(0, -0.66, 0, 0.66), { 0: "#cfd3da", 0.28: "#ffffff", 0.72: "#ffffff", 1: "#cfd3da" });
 
-function body(g: CanvasRenderingContext2D, corners: readonly number[]) {
-  g.beginPath();
-  g.roundRect(-0.92, -0.64, 1.84, 1.28, [...corners]);
-  g.fillStyle = bodyFill(g);
-  g.fill();
-  rim(g, 0.09);
-}
-
-function outlined(g: CanvasRenderingContext2D, width: number) {
-  g.fillStyle = "#fff";
-  g.fill();
-  rim(g, width);
-}
-
 export function follower(g: CanvasRenderingContext2D) {
-  body(g, [0.34, 0.62, 0.62, 0.34]);
+  rounded(g, bodyFill(g), [-0.92, -0.64, 1.84, 1.28], [0.34, 0.62, 0.62, 0.34]);
+  rim(g, 0.09);
 }
 
 /** Fill a path, given as in SVG, and stroke its rim. */
@@ -149,7 +137,9 @@ function star(g: CanvasRenderingContext2D, x: number, y: number, radius: number)
     g.lineTo(x + reach * Math.cos(angle), y + reach * Math.sin(angle));
   }
   g.closePath();
-  outlined(g, 0.07);
+  g.fillStyle = "#fff";
+  g.fill();
+  rim(g, 0.07);
 }
 
 /** A leader in high contrast: a white shape that takes the colour of a word, and differs without it. */

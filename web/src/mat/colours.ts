@@ -2,6 +2,7 @@
 
 import type { CompiledWord } from "../api/types";
 import { Flag, NO_INDEX } from "../api/world";
+import { endAll, listen } from "../ui/areas";
 
 const FOLLOWERS = [0x1f77b4, 0xff7f0e, 0x2ca02c, 0x9467bd, 0x17becf, 0xbcbd22, 0x8c564b, 0xe377c2];
 const LEADERS = [0xd62728, 0xf0797a, 0x9c1a1b, 0xf9b3b3];
@@ -121,10 +122,5 @@ const PREFERENCES = ["(prefers-color-scheme: dark)", "(prefers-contrast: more)",
 export function watchTheme(changed: () => void): () => void {
   const observer = new MutationObserver(changed);
   observer.observe(document.documentElement, { attributeFilter: ["data-theme"] });
-  const queries = PREFERENCES.map((query) => matchMedia(query));
-  queries.forEach((query) => query.addEventListener("change", changed));
-  return () => {
-    observer.disconnect();
-    queries.forEach((query) => query.removeEventListener("change", changed));
-  };
+  return endAll(() => observer.disconnect(), ...PREFERENCES.map((query) => listen(matchMedia(query), ["change"], changed)));
 }

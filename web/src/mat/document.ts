@@ -36,6 +36,11 @@ export function drivesLike(a: Mat, b: Mat): boolean {
   return JSON.stringify({ ...a, floor: undefined }) === JSON.stringify({ ...b, floor: undefined });
 }
 
+/** All pieces, the lowest first. */
+export function piecesOf(mat: Mat): { id: PieceId; piece: Piece }[] {
+  return FURNITURE.flatMap((kind) => listOf(mat, kind).map((piece, place) => ({ id: { kind, place }, piece })));
+}
+
 export function pieceOf(mat: Mat, id: PieceId): Piece | undefined {
   return listOf(mat, id.kind)[id.place];
 }

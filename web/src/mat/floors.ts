@@ -2,7 +2,7 @@
 
 import { isContrast, type MatTheme, readTheme, watchTheme } from "./colours";
 import { type FloorName, floorOf, type Mat, type Point } from "./document";
-import { area as areaOf, line as lineOf, type Mark } from "./shapes";
+import { area, line, type Mark, rectangle } from "./shapes";
 import { ringOf } from "./ways";
 
 interface Floor {
@@ -13,15 +13,14 @@ interface Floor {
   marks: (width: number, height: number, hasRoads: boolean) => Mark[];
 }
 
-const rect = (x: number, y: number, width: number, height: number): Point[] => [[x, y], [x + width, y], [x + width, y + height], [x, y + height]];
-const area = (colour: string, way: Point[], alpha = 1): Mark => areaOf(way, colour, alpha);
-const line = (colour: string, widthM: number, way: Point[], alpha = 1): Mark => lineOf(way, widthM, colour, alpha);
+/** A rectangle from its lower left corner. */
+const slab = (x: number, y: number, width: number, height: number, colour: string, alpha = 1): Mark => area(rectangle(x, y, x + width, y + height), colour, alpha);
 
 /** Lines all over a floor, a step from each other. */
 function gridOf(width: number, height: number, step: number, colour: string, widthM: number): Mark[] {
   const marks: Mark[] = [];
-  for (let x = step; x < width; x += step) marks.push(line(colour, widthM, [[x, 0], [x, height]]));
-  for (let y = step; y < height; y += step) marks.push(line(colour, widthM, [[0, y], [width, y]]));
+  for (let x = step; x < width; x += step) marks.push(line([[x, 0], [x, height]], widthM, colour));
+  for (let y = step; y < height; y += step) marks.push(line([[0, y], [width, y]], widthM, colour));
   return marks;
 }
 
@@ -43,9 +42,9 @@ function planks(width: number, height: number): Mark[] {
   for (let row = 0; row * step < height; row++) {
     const y = row * step;
     const high = Math.min(step, height - y);
-    if (row % 2) marks.push(area("#d8b37e", rect(0, y, width, high)));
-    marks.push(area("#b98f58", rect(0, y - 0.002, width, 0.004), 0.7));
-    for (let x = chance(row, 1) * 1.2; x < width; x += 0.7 + 0.9 * chance(row, x)) marks.push(area("#b98f58", rect(x, y, 0.004, high), 0.7));
+    if (row % 2) marks.push(slab(0, y, width, high, "#d8b37e"));
+    marks.push(slab(0, y - 0.002, width, 0.004, "#b98f58", 0.7));
+    for (let x = chance(row, 1) * 1.2; x < width; x += 0.7 + 0.9 * chance(row, x)) marks.push(slab(x, y, 0.004, high, "#b98f58", 0.7));
   }
   return marks;
 }
@@ -56,7 +55,7 @@ function tiles(width: number, height: number): Mark[] {
   for (let row = 0; row * step < height; row++) {
     for (let column = row % 2; column * step < width; column += 2) {
       const [x, y] = [column * step, row * step];
-      marks.push(area("#dfe7ea", rect(x, y, Math.min(step, width - x), Math.min(step, height - y))));
+      marks.push(slab(x, y, Math.min(step, width - x), Math.min(step, height - y), "#dfe7ea"));
     }
   }
   return [...marks, ...gridOf(width, height, step, "#c6d1d6", 0.005)];
@@ -66,10 +65,10 @@ function tiles(width: number, height: number): Mark[] {
 function streetsOf(width: number, height: number, block: number, street: string, dash: string): Mark[] {
   const marks: Mark[] = [];
   const half = block * 0.17;
-  for (let x = block / 2; x < width; x += block) marks.push(area(street, rect(x - half, 0, Math.min(2 * half, width - x + half), height)));
-  for (let y = block / 2; y < height; y += block) marks.push(area(street, rect(0, y - half, width, Math.min(2 * half, height - y + half))));
-  for (let x = block / 2; x < width; x += block) for (let y = 0; y < height; y += 0.24) marks.push(area(dash, rect(x - 0.008, y, 0.016, Math.min(0.12, height - y)), 0.8));
-  for (let y = block / 2; y < height; y += block) for (let x = 0; x < width; x += 0.24) marks.push(area(dash, rect(x, y - 0.008, Math.min(0.12, width - x), 0.016), 0.8));
+  for (let x = block / 2; x < width; x += block) marks.push(slab(x - half, 0, Math.min(2 * half, width - x + half), height, street));
+  for (let y = block / 2; y < height; y += block) marks.push(slab(0, y - half, width, Math.min(2 * half, height - y + half), street));
+  for (let x = block / 2; x < width; x += block) for (let y = 0; y < height; y += 0.24) marks.push(slab(x - 0.008, y, 0.016, Math.min(0.12, height - y), dash, 0.8));
+  for (let y = block / 2; y < height; y += block) for (let x = 0; x < width; x += 0.24) marks.push(slab(x, y - 0.008, Math.min(0.12, width - x), 0.016, dash, 0.8));
   return marks;
 }
 
@@ -80,7 +79,7 @@ function town(street: string, dash: string, lots: string) {
     for (let x = block; x < width - 0.2; x += block) {
       for (let y = block; y < height - 0.2; y += block) {
         const side = block * (0.14 + 0.12 * chance(x, y));
-        marks.push(area(lots, rect(x - side, y - side, 2 * side, 2 * side), 0.7));
+        marks.push(slab(x - side, y - side, 2 * side, 2 * side, lots, 0.7));
       }
     }
     return marks;
@@ -95,7 +94,7 @@ function craters(width: number, height: number): Mark[] {
       const radius = step * (0.07 + 0.2 * chance(x, y));
       const [cx, cy] = [x + radius + chance(y, x) * (step - 2 * radius), y + radius + chance(x + 7, y) * (step - 2 * radius)];
       if (cx + radius > width || cy + radius > height) continue;
-      marks.push(area("#9f9d98", ringOf([cx, cy], radius)), area("#b3b1ab", ringOf([cx + radius * 0.12, cy - radius * 0.12], radius * 0.8)));
+      marks.push(area(ringOf([cx, cy], radius), "#9f9d98"), area(ringOf([cx + radius * 0.12, cy - radius * 0.12], radius * 0.8), "#b3b1ab"));
     }
   }
   return marks;

@@ -1,7 +1,7 @@
 /** How the stage's camera moves: what it frames, how it zooms and pans, and the scale beside it. */
 
 import { around, type Box, boxAround, boxOfMat, boxOfPoints, type Camera, FEW_CARS, grown, type Size, toScreen, toWorld } from "./camera";
-import { FURNITURE, handlesOf, listOf, type Mat } from "./document";
+import { handlesOf, listOf, type Mat, piecesOf } from "./document";
 
 const LEAST_SCALE = 0.2;
 const MOST_SCALE = 3000;
@@ -118,7 +118,7 @@ export function isSame(a: Camera, b: Camera): boolean {
 export function boxOf(mat: Mat, x: ArrayLike<number>, y: ArrayLike<number>): Box {
   const sized = boxOfMat(mat);
   if (sized) return sized;
-  const points = FURNITURE.flatMap((kind) => listOf(mat, kind).flatMap((piece) => handlesOf(piece)));
+  const points = piecesOf(mat).flatMap(({ piece }) => handlesOf(piece));
   for (let k = 0; k < x.length; k++) points.push([x[k]!, y[k]!]);
   const box = boxOfPoints(points);
   return box ? grown(box, 0.5) : { left: -2, bottom: -1.5, right: 2, top: 1.5 };

@@ -10,33 +10,33 @@ import { boxOfMat } from "./camera";
 import type { MatTheme } from "./colours";
 import { type FloorName, listOf, type Mat, type Point } from "./document";
 import { floorMarks } from "./floors";
-import { type Mark, rectangle, type Thing } from "./shapes";
+import { area, line, type Mark, rectangle, rim, type Thing } from "./shapes";
 import { edgeThings, thingsOn } from "./things";
-import { LINE_M, once, ringOf, wayOf } from "./ways";
+import { closedWay, LINE_M, once, ringOf, wayOf } from "./ways";
 
 /** A road as wide as a car needs, with light edges, around each line that is no wider than WIDEST_M. */
 export const ROAD_M = 0.2;
 const WIDEST_M = 0.1;
 const EDGE_M = 0.02;
 const CORNERS = 40;
+const EDGE_PX = 1.5;
 /** They differ from each other, and so from any floor. */
 export const ROAD_COLOURS = { edge: "#f4f2ea", bed: "#868c96", dark: "#17181c" } as const;
 
 /** The lines, spots and patches of a mat: first all edges, then all beds, then all that is dark, so that roads that cross are one. */
 export const roadMarks = once((mat: Mat): readonly Mark[] => {
   const { edge, bed, dark } = ROAD_COLOURS;
-  const lines = listOf(mat, "line").map((line) => ({ way: wayOf(line), widthM: line.width_m ?? LINE_M }));
+  const lines = listOf(mat, "line").map((road) => ({ way: wayOf(road), widthM: road.width_m ?? LINE_M }));
   const patches = listOf(mat, "patch").map(({ corners_m }) => corners_m);
   const spots = listOf(mat, "spot").map(({ centre_m, radius_m }) => ringOf(centre_m, radius_m, CORNERS));
   const areas = [...patches, ...spots];
-  const rims = areas.map((corners) => ({ way: [...corners, corners[0]!], widthM: 2 * EDGE_M, colour: edge }));
   const roads = lines.filter(({ widthM }) => widthM <= WIDEST_M);
   return [
-    ...rims,
-    ...lines.map(({ way, widthM }) => ({ way, widthM: (widthM <= WIDEST_M ? ROAD_M : widthM) + 2 * EDGE_M, colour: edge })),
-    ...roads.map(({ way }) => ({ way, widthM: ROAD_M, colour: bed })),
-    ...areas.map((way) => ({ way, widthM: 0, colour: dark })),
-    ...lines.map(({ way, widthM }) => ({ way, widthM, colour: dark })),
+    ...areas.map((corners) => line(closedWay(corners), 2 * EDGE_M, edge)),
+    ...lines.map(({ way, widthM }) => line(way, (widthM <= WIDEST_M ? ROAD_M : widthM) + 2 * EDGE_M, edge)),
+    ...roads.map(({ way }) => line(way, ROAD_M, bed)),
+    ...areas.map((corners) => area(corners, dark)),
+    ...lines.map(({ way, widthM }) => line(way, widthM, dark)),
   ];
 });
 
@@ -70,15 +70,14 @@ export function marksOf(mat: Mat, floor: FloorName, theme: MatTheme): Marks {
   const box = boxOfMat(mat);
   if (box && mat.size_m) {
     const corners = rectangle(box.left, box.bottom, box.right, box.top);
-    ground.push({ way: corners, widthM: 0, colour: theme.floor });
+    ground.push(area(corners, theme.floor));
     pattern = patternOf(mat.size_m, floor, theme.grid, listOf(mat, "line").length > 0);
-    if (mat.edge !== "wall") flat.push({ way: [...corners, corners[0]!], widthM: 0.001, leastPx: 1.5, colour: theme.edge });
+    if (mat.edge !== "wall") flat.push({ ...rim(corners, theme.edge), leastPx: EDGE_PX });
   }
   flat.push(...roadMarks(mat));
   for (const { centre_m, radius_m } of mat.voice ?? []) {
     if (!centre_m || !radius_m) continue;
-    const ring = ringOf(centre_m, radius_m, CORNERS);
-    flat.push({ way: [...ring, ring[0]!], widthM: 0.001, leastPx: 1.5, colour: theme.accent, alpha: 0.6 });
+    flat.push({ ...rim(ringOf(centre_m, radius_m, CORNERS), theme.accent), leastPx: EDGE_PX, alpha: 0.6 });
   }
   const marks = { ground, pattern, flat, things: [...edgeThings(mat, theme), ...thingsOn(mat, floor, theme)] };
   known.set(mat, { floor, theme, marks });

@@ -4,13 +4,9 @@
  * damaged frame don't say which word it was: there, a car that heard anything meanwhile missed nothing.
  */
 
-import { EVENT_COLUMNS, EventColumn, KINDS, LATELY_S, LOSS_REASONS, type Picture } from "../api/world";
+import { type CarEvent, eventsOf, LATELY_S, type LossReason, type Picture } from "../api/world";
 
-const HEARD = KINDS.indexOf("heard");
-const LOST = KINDS.indexOf("lost");
-const COLLISION = LOSS_REASONS.indexOf("collision");
-const DAMAGED = (["parity", "reserved", "check"] as const).map((why) => LOSS_REASONS.indexOf(why));
-const ANY_WORD = "any";
+const DAMAGED: readonly LossReason[] = ["parity", "reserved", "check"];
 const WAIT_MS = 1500;
 /** More open questions than these are not kept: nobody could look at so many cars. */
 const MOST_OPEN = 20_000;
@@ -21,6 +17,9 @@ export interface Miss {
   collided: boolean;
 }
 
+/** A word, or null for any, at a car. A car sets the lowest bit, which is the parity, when it sends. */
+const keyOf = (car: number, word: number | null) => `${car} ${word === null ? "any" : word >>> 1}`;
+
 export class MissedWords {
   /** How many were missed in the last LATELY_S. */
   count = 0;
@@ -30,28 +29,13 @@ export class MissedWords {
   private missedMs: number[] = [];
 
   /** Take a picture's events; returns what has turned out to be missed. */
-  take({ events, tMs, past, fresh }: Picture): Miss[] {
+  take(picture: Picture): Miss[] {
+    const { tMs, past, fresh } = picture;
     if (past) return [];
     if (fresh) this.forget();
-    for (let at = 0; at < events.length; at += EVENT_COLUMNS) {
-      const kind = events[at + EventColumn.kind]!;
-      const isLost = (kind & 255) === LOST;
-      if (!isLost && (kind & 255) !== HEARD) continue;
-      const car = events[at + EventColumn.car]!;
-      const eventMs = events[at + EventColumn.tMs]!;
-      // A car sets the lowest bit, which is the parity, when it sends.
-      const word = events[at + EventColumn.word]! >>> 1;
-      if (!isLost) {
-        for (const heard of [`${car} ${word}`, `${car} ${ANY_WORD}`]) {
-          this.heardMs.set(heard, eventMs);
-          this.open.delete(heard);
-        }
-        continue;
-      }
-      const key = `${car} ${DAMAGED.includes(kind >> 8) ? ANY_WORD : word}`;
-      if (eventMs - (this.heardMs.get(key) ?? -Infinity) > WAIT_MS && !this.open.has(key) && this.open.size < MOST_OPEN) {
-        this.open.set(key, { tMs: eventMs, miss: { car, collided: kind >> 8 === COLLISION } });
-      }
+    for (const event of eventsOf(picture)) {
+      if (event.kind === "heard") this.hear(event);
+      if (event.kind === "lost") this.lose(event);
     }
     const missed: Miss[] = [];
     for (const [key, { tMs: lostMs, miss }] of this.open) {
@@ -64,6 +48,20 @@ export class MissedWords {
     this.missedMs = this.missedMs.filter((at) => tMs - at <= LATELY_S * 1000);
     this.count = this.missedMs.length;
     return missed;
+  }
+
+  private hear({ car, word, tMs }: CarEvent): void {
+    for (const key of [keyOf(car, word), keyOf(car, null)]) {
+      this.heardMs.set(key, tMs);
+      this.open.delete(key);
+    }
+  }
+
+  private lose({ car, word, tMs, why }: CarEvent): void {
+    const key = keyOf(car, DAMAGED.includes(why) ? null : word);
+    const isHeard = tMs - (this.heardMs.get(key) ?? -Infinity) <= WAIT_MS;
+    if (isHeard || this.open.has(key) || this.open.size >= MOST_OPEN) return;
+    this.open.set(key, { tMs, miss: { car, collided: why === "collision" } });
   }
 
   private forget(): void {

@@ -7,7 +7,7 @@
  * Cars are put together of sprites that are painted once. Coordinates of marks are metres, with y up.
  */
 
-import type { Camera } from "./camera";
+import { type Camera, RADIUS_M } from "./camera";
 import { type CarLook, MOST_RICH } from "./carLook";
 import { paintBody, paintUnder, type SeenCar } from "./carPainter";
 import { type MatTheme, pageFont } from "./colours";
@@ -54,7 +54,7 @@ export const viewOf = (mat: Mat | null): View => ({
   zones: [],
   below: [],
   tracks: null,
-  carM: 0.15,
+  carM: 2 * RADIUS_M,
   leastCarPx: 9,
   cars: [],
   ringed: new Set(),

@@ -1,5 +1,6 @@
 /** Mouse, pen and fingers on the mat: find what lies under them, drag it or the mat itself, and zoom. */
 
+import { endAll, listen } from "../ui/areas";
 import { toWorld } from "./camera";
 import { panned, zoomed } from "./framing";
 import { FURNITURE, handlesOf, listOf, type Mat, personAt, pieceOf, type Piece, type PieceId, type Point } from "./document";
@@ -187,12 +188,10 @@ export function attachPointers(host: HTMLElement, scene: Scene, actions: Pointer
   }
 
   const isMat = (event: Event) => event.target instanceof HTMLCanvasElement;
-  const ends = new AbortController();
-  const { signal } = ends;
-  host.addEventListener("pointerdown", down, { signal });
-  host.addEventListener("pointermove", move, { signal });
-  host.addEventListener("pointerup", up, { signal });
-  host.addEventListener("pointercancel", up, { signal });
-  host.addEventListener("wheel", wheel, { signal, passive: false });
-  return () => ends.abort();
+  return endAll(
+    listen(host, ["pointerdown"], down),
+    listen(host, ["pointermove"], move),
+    listen(host, ["pointerup", "pointercancel"], up),
+    listen(host, ["wheel"], wheel),
+  );
 }

@@ -2,8 +2,8 @@
 
 import { type Car, type Line, listOf, type Mat, type PieceId, type Point, rounded } from "./document";
 import { BEND_M, withList } from "./edits";
-import { distanceToLine, distanceToPiece, isOnMat } from "./room";
-import { alongWay, distance, lengthOf, LINE_M, wayOf } from "./ways";
+import { distanceToPiece, isOnMat } from "./room";
+import { alongWay, closedWay, distance, distanceToChord, distanceToWay, lengthOf, LINE_M, wayOf } from "./ways";
 
 /** A stroke may miss what is left of it by so much. */
 const LOOSE_M = 0.05;
@@ -44,8 +44,8 @@ const whole = (line: Line): Line => ({ ...line, points_m: line.points_m.map(([x,
 /** How far the stroke is from a road, and the road from the stroke, at most. */
 function missedM(line: Line, stroke: readonly Point[]): number {
   const way = wayOf(line);
-  const off = (point: Point, from: readonly Point[]) => Math.min(...from.slice(1).map((to, k) => distanceToLine(from[k]!, to, point)));
-  return Math.max(...stroke.map((point) => off(point, way)), ...way.map((point) => off(point, line.closed ? [...stroke, stroke[0]!] : stroke)));
+  const drawn = line.closed ? closedWay(stroke) : stroke;
+  return Math.max(...stroke.map((point) => distanceToWay(way, point)), ...way.map((point) => distanceToWay(drawn, point)));
 }
 
 /** The road with its corners moved until its arcs, which cut them, lie on the stroke. */
@@ -77,7 +77,7 @@ export function simplified(points: readonly Point[], looseM: number): readonly P
   if (last < 2) return points;
   let [farthest, at] = [looseM, 0];
   for (let k = 1; k < last; k++) {
-    const far = distanceToLine(points[0]!, points[last]!, points[k]!);
+    const far = distanceToChord(points[0]!, points[last]!, points[k]!);
     if (far > farthest) [farthest, at] = [far, k];
   }
   if (!at) return [points[0]!, points[last]!];
@@ -97,7 +97,7 @@ function straightened({ points_m, ...line }: Line): Line {
   const count = points_m.length;
   const isNeeded = (here: Point, k: number) => {
     if (!line.closed && (k === 0 || k === count - 1)) return true;
-    return distanceToLine(points_m[(k + count - 1) % count]!, points_m[(k + 1) % count]!, here) > EXACT_M;
+    return distanceToChord(points_m[(k + count - 1) % count]!, points_m[(k + 1) % count]!, here) > EXACT_M;
   };
   const kept = points_m.filter(isNeeded);
   return { ...line, points_m: kept.length > (line.closed ? 2 : 1) ? kept : points_m };

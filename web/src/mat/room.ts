@@ -1,8 +1,8 @@
 /** Where there is room on a mat: new things are put beside what stands there, never onto it. */
 
-import { FURNITURE, type FurnitureKind, handlesOf, isFlat, listOf, type Mat, type Piece, type Point } from "./document";
+import { type FurnitureKind, handlesOf, isFlat, type Mat, type Piece, piecesOf, type Point } from "./document";
 import { newPiece } from "./edits";
-import { distance, stretchesOf } from "./ways";
+import { chordsOf, closedWay, distance, distanceToChord, distanceToWay, wayOf } from "./ways";
 
 /** Kept free around everything, in metres. */
 const AIR_M = 0.05;
@@ -15,31 +15,21 @@ export interface Standing {
   radiusM: number;
 }
 
-export function distanceToLine(from: Point, to: Point, point: Point): number {
-  const [dx, dy] = [to[0] - from[0], to[1] - from[1]];
-  const along = ((point[0] - from[0]) * dx + (point[1] - from[1]) * dy) / (dx * dx + dy * dy || 1);
-  const share = Math.min(1, Math.max(0, along));
-  return distance([from[0] + dx * share, from[1] + dy * share], point);
-}
-
 export function isInside(corners: readonly Point[], [x, y]: Point): boolean {
   let inside = false;
-  corners.forEach(([ax, ay], k) => {
-    const [bx, by] = corners[(k + 1) % corners.length]!;
+  for (const [[ax, ay], [bx, by]] of chordsOf(closedWay(corners))) {
     if (ay > y !== by > y && x < ax + ((y - ay) / (by - ay)) * (bx - ax)) inside = !inside;
-  });
+  }
   return inside;
 }
 
 /** From a point to the nearest part of a piece, of a line to its middle; negative or 0 inside it. Nobody stumbles over a person. */
 export function distanceToPiece(piece: Piece, point: Point): number {
   if ("path" in piece) return Infinity;
-  if ("from_m" in piece) return distanceToLine(piece.from_m, piece.to_m, point);
+  if ("from_m" in piece) return distanceToChord(piece.from_m, piece.to_m, point);
   if ("centre_m" in piece) return distance(piece.centre_m, point) - piece.radius_m;
-  if ("points_m" in piece) return Math.min(...stretchesOf(piece).map(([from, to]) => distanceToLine(from, to, point)));
-  const { corners_m } = piece;
-  if (isInside(corners_m, point)) return 0;
-  return Math.min(...corners_m.map((corner, k) => distanceToLine(corner, corners_m[(k + 1) % corners_m.length]!, point)));
+  if ("points_m" in piece) return distanceToWay(wayOf(piece), point);
+  return isInside(piece.corners_m, point) ? 0 : distanceToWay(closedWay(piece.corners_m), point);
 }
 
 /** The first car that stands beside its mat, which is allowed where the edge is open; null where none does. */
@@ -57,7 +47,7 @@ export function isOnMat({ size_m }: Mat, [x, y]: Point, air: number): boolean {
 export function hasRoomForCar(mat: Mat, { cars, radiusM }: Standing, at: Point): boolean {
   const air = radiusM + AIR_M;
   if (!isOnMat(mat, at, air) || cars.some((car) => distance(car, at) < air + radiusM)) return false;
-  return FURNITURE.every((kind) => isFlat(kind) || listOf(mat, kind).every((piece) => distanceToPiece(piece, at) >= air));
+  return piecesOf(mat).every(({ id, piece }) => isFlat(id.kind) || distanceToPiece(piece, at) >= air);
 }
 
 /** Whether new furniture fits here: on the mat, and on no car. Pieces of furniture may touch each other. */

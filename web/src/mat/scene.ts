@@ -3,11 +3,11 @@
 import type { WorldHello, Picture } from "../api/world";
 import type { MissionZone } from "../generated/messages";
 import { inLanguage } from "../i18n";
-import { useSettings } from "../state/settings";
+import { isStart } from "../state/settings";
 import { isCalm, sharpContext, watchSize } from "../ui/areas";
 import { areWordsDue } from "../words/compiling";
 import { Air } from "./air";
-import { boxOfMat, boxOfZone, type Camera, shortestPx, type Size } from "./camera";
+import { boxOfMat, boxOfZone, type Camera, RADIUS_M, shortestPx, type Size } from "./camera";
 import { between, boxOf, boxOfRoads, type Cast, fitted, framed, isSame, isWellFramed } from "./framing";
 import { CarLooks } from "./carLooks";
 import { watchTheme, type WordColours } from "./colours";
@@ -21,7 +21,7 @@ import { Motion } from "./motion";
 import { paint, type View, viewOf } from "./painter";
 import { line, type Mark } from "./shapes";
 import { Tracks } from "./tracks";
-import { LINE_M, ringOf, wayOf } from "./ways";
+import { closedWay, LINE_M, ringOf, wayOf } from "./ways";
 import { zoneNames } from "./zones";
 
 /** In this time the camera goes most of its way. */
@@ -96,7 +96,7 @@ export class Scene {
   }
 
   setHello(hello: WorldHello): void {
-    const { cars, leads = [], radius_m = 0.075, range_m = 1 } = hello;
+    const { cars, leads = [], radius_m = RADIUS_M, range_m = 1 } = hello;
     if (this.motion.picture?.cars !== cars) this.motion.forget();
     this.view.carM = 2 * radius_m;
     this.view.leastCarPx = shortestPx(cars);
@@ -174,8 +174,7 @@ export class Scene {
     this.cars.take(picture, this.colours);
     this.air.take(picture, now, (car) => isCalm() || this.cars.hear(car, now));
     // Who begins has not met lost messages yet.
-    const isTold = useSettings.getState().level !== "start";
-    for (const { car, collided } of isTold ? missed : []) this.cars.lose(car, collided, now);
+    for (const { car, collided } of isStart() ? [] : missed) this.cars.lose(car, collided, now);
     this.undrawn = true;
     this.draw();
   }
@@ -295,9 +294,9 @@ export class Scene {
     if (piece) {
       const points = handlesOf(piece);
       const outline = { widthM: HAIR_M, leastPx: HANDLE_RIM_PX, colour: theme.accent };
-      if ("centre_m" in piece) marks.push({ ...outline, way: closed(ringOf(piece.centre_m, piece.radius_m, 40)) });
+      if ("centre_m" in piece) marks.push({ ...outline, way: closedWay(ringOf(piece.centre_m, piece.radius_m, 40)) });
       else if ("points_m" in piece) marks.push({ ...outline, way: wayOf(piece) });
-      else if (points.length > 1) marks.push({ ...outline, way: "corners_m" in piece ? closed(points) : points });
+      else if (points.length > 1) marks.push({ ...outline, way: "corners_m" in piece ? closedWay(points) : points });
       for (const point of points) {
         marks.push({ ...outline, way: [point], leastPx: HANDLE_PX + HANDLE_RIM_PX });
         marks.push({ ...outline, way: [point], leastPx: HANDLE_PX - HANDLE_RIM_PX, colour: theme.floor });
@@ -335,5 +334,3 @@ export class Scene {
     return this.wanted && isWellFramed(this.wanted, cast, this.size) ? this.wanted : framed(cast, this.size);
   }
 }
-
-const closed = (points: readonly Point[]): readonly Point[] => [...points, points[0]!];

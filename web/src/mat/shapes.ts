@@ -1,7 +1,7 @@
 /** The marks of which pictures of a mat are made, and the shapes that many of them share. Lengths are metres. */
 
 import type { Point } from "./document";
-import { ringOf } from "./ways";
+import { closedWay, ringOf } from "./ways";
 
 /** An area where `widthM` is 0, else a line of that width along a way; a line of one point is a ball. */
 export interface Mark {
@@ -38,7 +38,7 @@ export const line = (way: readonly Point[], widthM: number, colour: string, alph
 export const disc = ([x, y]: Point, radius: number, colour: string, alpha = 1): Mark => area(ringOf([x, y], radius, CORNERS), colour, alpha);
 
 /** The closed outline of an area. */
-export const rim = (way: readonly Point[], colour: string, widthM = HAIR_M, alpha = 1): Mark => ({ way: [...way, way[0]!], widthM, colour, alpha, leastPx: 2 });
+export const rim = (way: readonly Point[], colour: string, widthM = HAIR_M, alpha = 1): Mark => ({ way: closedWay(way), widthM, colour, alpha, leastPx: 2 });
 
 /** The same mark, from so far above the floor to so far. */
 export const standing = (mark: Mark, highM: number, lowM = 0): Mark => ({ ...mark, highM, lowM });
@@ -46,7 +46,7 @@ export const standing = (mark: Mark, highM: number, lowM = 0): Mark => ({ ...mar
 /** The same mark, lying so far above the floor. */
 export const lifted = (mark: Mark, highM: number): Mark => standing(mark, highM, highM);
 
-export function middleOf(corners: readonly Point[]): Point {
+function middleOf(corners: readonly Point[]): Point {
   let [x, y] = [0, 0];
   for (const corner of corners) [x, y] = [x + corner[0], y + corner[1]];
   return [x / corners.length, y / corners.length];

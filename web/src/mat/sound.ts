@@ -1,8 +1,7 @@
 /** The sound of the stage, made in code: motors hum with the wheels, frames tick, LEDs chime. */
 
-import { EVENT_COLUMNS, EventColumn, KINDS, NO_LED, type Picture } from "../api/world";
+import { eventsOf, NO_LED, type Picture } from "../api/world";
 
-const FRAME = KINDS.indexOf("frame");
 /** Notes that sound well together, one an LED. */
 const CHIMES_HZ = [523.25, 659.25, 783.99, 987.77];
 /** One note a star, and one more for all three. */
@@ -37,9 +36,7 @@ export function heardIn(picture: Picture, before: Picture | null, leads: Readonl
     if (continues && chime === null && led !== NO_LED && before.led[k] !== led) chime = led;
   }
   let ticks = false;
-  for (let at = 0; at < picture.events.length; at += EVENT_COLUMNS) {
-    ticks ||= (picture.events[at + EventColumn.kind]! & 255) === FRAME && leads.has(picture.events[at + EventColumn.car]!);
-  }
+  for (const { kind, car } of eventsOf(picture)) ticks ||= kind === "frame" && leads.has(car);
   return { motors: picture.cars ? sum / picture.cars : 0, ticks, chime };
 }
 

@@ -3,7 +3,7 @@
 import type { MatTheme } from "./colours";
 import type { FloorName, Mat, Point } from "./document";
 import { area, disc, lifted, line, type Mark, plank, rectangle, rim, shrunk, standing, type Thing } from "./shapes";
-import { ringOf } from "./ways";
+import { chordsOf, closedWay, distance, pointBetween, ringOf } from "./ways";
 
 interface Look {
   disc: (centre: Point, radius: number, theme: MatTheme) => Mark[];
@@ -42,15 +42,14 @@ const shadow = (corners: readonly Point[]): Mark => area(corners.map(([x, y]) =>
 const beam = ({ from, to }: WallPart, widthM: number, colour: string): Mark => standing({ ...line([from, to], widthM, colour), leastPx: 4 }, WALL_HIGH_M);
 
 function partsOf(from: Point, to: Point, length: number): WallPart[] {
-  const [dx, dy] = [to[0] - from[0], to[1] - from[1]];
-  const whole = Math.hypot(dx, dy);
+  const whole = distance(from, to);
   const count = Math.min(MOST_PARTS, Math.max(1, Math.round(whole / length)));
-  const at = (share: number): Point => [from[0] + dx * share, from[1] + dy * share];
+  const at = (share: number) => pointBetween(from, to, share);
   return Array.from({ length: count }, (_, k) => ({
     from: at(k / count),
     to: at((k + 1) / count),
     middle: at((k + 0.5) / count),
-    angle: Math.atan2(dy, dx),
+    angle: Math.atan2(to[1] - from[1], to[0] - from[0]),
     half: whole / count / 2,
     k,
   }));
@@ -177,11 +176,9 @@ const night: Look = {
   ],
   polygon: (corners, theme) => {
     const sills = shrunk(corners, 0.62);
-    const windows = sills.map((a, k) => {
-      const b = sills[(k + 1) % sills.length]!;
-      const wide = Math.min(0.026, Math.hypot(b[0] - a[0], b[1] - a[1]) * 0.16);
-      const middle: Point = [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2];
-      return lifted(area(plank(middle, Math.atan2(b[1] - a[1], b[0] - a[0]), wide, wide * 0.7), LIGHT), HOUSE_M);
+    const windows = chordsOf(closedWay(sills)).map(([a, b]) => {
+      const wide = Math.min(0.026, distance(a, b) * 0.16);
+      return lifted(area(plank(pointBetween(a, b, 0.5), Math.atan2(b[1] - a[1], b[0] - a[0]), wide, wide * 0.7), LIGHT), HOUSE_M);
     });
     return [
       { ...standing(area(corners, theme.obstacle), HOUSE_M), panes: LIGHT },
@@ -244,6 +241,6 @@ export function thingsOn({ wall = [], disc: discs = [], polygon = [] }: Mat, flo
 export function edgeThings({ size_m, edge }: Mat, theme: MatTheme): Thing[] {
   if (!size_m || edge !== "wall") return [];
   const corners = rectangle(-WALL_M / 2, -WALL_M / 2, size_m[0] + WALL_M / 2, size_m[1] + WALL_M / 2);
-  const sides = corners.flatMap((corner, k) => partsOf(corner, corners[(k + 1) % corners.length]!, EDGE_PART_M));
+  const sides = chordsOf(closedWay(corners)).flatMap(([from, to]) => partsOf(from, to, EDGE_PART_M));
   return sides.map((part) => ({ footprint: [part.from, part.to], marks: [beam(part, WALL_M, theme.wall)] }));
 }

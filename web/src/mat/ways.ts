@@ -25,7 +25,7 @@ export const wayOf = once(({ points_m: points, bend_m = 0, closed = false }: Lin
     if (isEnd || bend_m === 0) return [here];
     return bend(points[(at + count - 1) % count]!, here, points[(at + 1) % count]!, bend_m);
   });
-  return closed ? [...way, way[0]!] : way;
+  return closed ? closedWay(way) : way;
 });
 
 /** The arc that touches both sides of a corner; it takes at most half of each. The corner itself where the way is straight. */
@@ -69,15 +69,25 @@ export function ringOf([x, y]: Point, radius: number, parts = 24): Point[] {
   });
 }
 
-/** The chords of the line's middle, each from one point to the next. */
-export function stretchesOf(line: Line): [Point, Point][] {
-  const way = wayOf(line);
-  return way.slice(1).map((to, k) => [way[k]!, to]);
+/** A way that comes back to its beginning. */
+export const closedWay = (way: readonly Point[]): Point[] => [...way, way[0]!];
+
+/** The chords of a way, each from one point to the next. */
+export const chordsOf = (way: readonly Point[]): [Point, Point][] => way.slice(1).map((to, k) => [way[k]!, to]);
+
+/** The point that lies a share of the way from one point to another. */
+export const pointBetween = ([ax, ay]: Point, [bx, by]: Point, share: number): Point => [ax + (bx - ax) * share, ay + (by - ay) * share];
+
+export const lengthOf = (way: readonly Point[]): number => chordsOf(way).reduce((sum, [from, to]) => sum + distance(from, to), 0);
+
+export function distanceToChord(from: Point, to: Point, point: Point): number {
+  const [dx, dy] = [to[0] - from[0], to[1] - from[1]];
+  const along = ((point[0] - from[0]) * dx + (point[1] - from[1]) * dy) / (dx * dx + dy * dy || 1);
+  return distance(pointBetween(from, to, Math.min(1, Math.max(0, along))), point);
 }
 
-export function lengthOf(way: readonly Point[]): number {
-  return way.slice(1).reduce((sum, to, k) => sum + distance(way[k]!, to), 0);
-}
+/** From a point to the nearest part of a way. */
+export const distanceToWay = (way: readonly Point[], point: Point): number => Math.min(...chordsOf(way).map(([from, to]) => distanceToChord(from, to, point)));
 
 /** The point of a way so many metres behind its beginning, and where it leads there, in degrees. */
 export function alongWay(way: readonly Point[], metres: number): { at: Point; headingDeg: number } {
@@ -91,7 +101,7 @@ export function alongWay(way: readonly Point[], metres: number): { at: Point; he
     }
     const share = length ? Math.min(1, left / length) : 0;
     const headingDeg = (Math.atan2(to[1] - from[1], to[0] - from[0]) * 180) / Math.PI;
-    return { at: [from[0] + (to[0] - from[0]) * share, from[1] + (to[1] - from[1]) * share], headingDeg };
+    return { at: pointBetween(from, to, share), headingDeg };
   }
   return { at: way[0]!, headingDeg: 0 };
 }

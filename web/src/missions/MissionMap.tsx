@@ -1,10 +1,11 @@
-import { type CSSProperties, useCallback, useEffect, useRef, useState } from "react";
+import { type CSSProperties, useEffect, useRef, useState } from "react";
 import { Button } from "react-aria-components";
 import { request } from "../api/service";
-import type { LibraryEntry, MissionEntry } from "../generated/messages";
+import type { MissionEntry } from "../generated/messages";
 import { inLanguage, useTexts } from "../i18n";
 import { Picture } from "../mat/Picture";
 import { attempt } from "../projects/actions";
+import { useAnswer } from "../projects/useAnswer";
 import { closeDialog, openNotes } from "../state/dialogs";
 import { confirm } from "../state/questions";
 import { useStudio } from "../state/studio";
@@ -25,9 +26,7 @@ const start = async (open: () => Promise<boolean>) => {
 /** What its user has written and saved; nothing where there is none. */
 function OwnMissions() {
   const t = useTexts();
-  const [own, setOwn] = useState<LibraryEntry[]>([]);
-  const load = useCallback(() => attempt(async () => setOwn(await request("missions/own"))), []);
-  useEffect(() => void load(), [load]);
+  const [own, load] = useAnswer("missions/own", []);
   if (!own.length) return null;
   const remove = async (name: string) => {
     const question = { title: t("missions.deleteTitle", { name }), text: t("library.deleteText"), yes: t("library.delete") };
@@ -59,8 +58,7 @@ const PATHS = [["first-drive", "leader"], ["swarm", "followers"], ["words-and-bi
 /** The map: the paths with a station for each mission. */
 export function MissionMap() {
   const t = useTexts();
-  const [missions, setMissions] = useState<MissionEntry[] | null>(null);
-  useEffect(() => void attempt(async () => setMissions(await request("missions"))), []);
+  const [missions] = useAnswer("missions", null);
   const isPupil = useStudio(({ capabilities }) => capabilities?.classroom === "pupil");
   const isStarting = useStudio(({ service }) => service === "starting");
   const earned = missions?.reduce((sum, each) => sum + each.earned.length, 0) ?? 0;

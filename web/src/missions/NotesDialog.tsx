@@ -1,12 +1,11 @@
 /** A mission for a teacher, on one page to be read or printed. */
 
-import { useEffect, useState, type ReactNode } from "react";
-import { request } from "../api/service";
-import type { MissionEntry, MissionNotes } from "../generated/messages";
+import type { ReactNode } from "react";
+import type { MissionNotes } from "../generated/messages";
 import { inLanguage, useTexts } from "../i18n";
 import { Choice } from "../ui/fields";
 import { Picture } from "../mat/Picture";
-import { attempt } from "../projects/actions";
+import { useAnswer } from "../projects/useAnswer";
 import { closeDialog, openNotes, useDialogs } from "../state/dialogs";
 import { usePrintedSheet } from "../ui/panes";
 import { Sheet, TextButton } from "../ui/controls";
@@ -70,13 +69,9 @@ function Notes({ notes }: { notes: MissionNotes }) {
 export function NotesDialog() {
   const t = useTexts();
   const wanted = useDialogs((state) => state.notesOf);
-  const [missions, setMissions] = useState<readonly MissionEntry[]>([]);
-  const [notes, setNotes] = useState<MissionNotes | null>(null);
+  const [missions] = useAnswer("missions", []);
   const id = wanted ?? missions[0]?.id;
-  useEffect(() => void attempt(async () => setMissions(await request("missions"))), []);
-  useEffect(() => {
-    if (id) void attempt(async () => setNotes(await request("missions/notes", { id })));
-  }, [id]);
+  const [notes] = useAnswer("missions/notes", null, id ? { id } : null);
   usePrintedSheet();
   return (
     <Sheet title={notes ? t("missions.notes.of", { name: inLanguage(notes.name) }) : t("missions.notes.title")} wide>

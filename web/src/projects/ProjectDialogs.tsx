@@ -1,16 +1,18 @@
-import { useCallback, useEffect, useState } from "react";
+import { useEffect, useState } from "react";
 import { Button, Input, Label, TextField } from "react-aria-components";
 import { request } from "../api/service";
-import type { Example, SavedProject, Sentence, Version } from "../api/types";
+import type { Example, SavedProject } from "../api/types";
 import { inLanguage, useLanguage, useTexts } from "../i18n";
 import { type Clip, ClipPicture, loadClips } from "../mat/ClipPicture";
 import { closeDialog } from "../state/dialogs";
 import { confirm } from "../state/questions";
 import { useStudio } from "../state/studio";
 import { IconButton, Sheet, TextButton } from "../ui/controls";
+import { Form } from "../ui/page";
 import { attempt, openSaved, saveToLibrary, shareLink } from "./actions";
 import { exportAll, importAll } from "./exchange";
 import { replaceBy } from "./project";
+import { useAnswer } from "./useAnswer";
 import { classes } from "../ui/classes";
 import controls from "../ui/controls.module.css";
 import css from "../app/dialogs.module.css";
@@ -24,8 +26,7 @@ function useMoment(): (moment: string) => string {
 function Versions({ name }: { name: string }) {
   const t = useTexts();
   const moment = useMoment();
-  const [versions, setVersions] = useState<Version[]>([]);
-  useEffect(() => void attempt(async () => setVersions(await request("projects/history", { name }))), [name]);
+  const [versions] = useAnswer("projects/history", [], { name });
   return (
     <ol className={css.versions} aria-label={t("library.versionsOf", { name })}>
       {versions.map(({ version, saved_at }) => (
@@ -51,7 +52,7 @@ function Entry({ project: { name, saved_at, versions }, onDeleted }: { project: 
   return (
     <li>
       <div className="row">
-        <Button className={classes("pick", css.libraryOpen)} onPress={() => void attempt(() => openSaved(name))}>
+        <Button className="pick across" onPress={() => void attempt(() => openSaved(name))}>
           <b>{name}</b>
           <span className="quiet small">{moment(saved_at)}</span>
         </Button>
@@ -69,36 +70,25 @@ function Entry({ project: { name, saved_at, versions }, onDeleted }: { project: 
 export function LibraryDialog() {
   const t = useTexts();
   const name = useStudio((studio) => studio.name);
-  const [projects, setProjects] = useState<SavedProject[] | null>(null);
-  const load = useCallback(() => attempt(async () => setProjects(await request("projects/list"))), []);
-  const [problems, setProblems] = useState<Sentence[]>([]);
-  const look = useCallback(async () => {
-    await load();
-    await attempt(async () => setProblems((await request("projects/place")).problems.map(({ sentence }) => sentence)));
-  }, [load]);
-  useEffect(() => void look(), [look]);
+  const [projects, load] = useAnswer("projects/list", null);
+  const [place, askPlace] = useAnswer("projects/place", null);
+  const look = () => Promise.all([load(), askPlace()]);
   const save = async () => {
     await saveToLibrary();
     await look();
   };
   return (
     <Sheet title={t("library.title")} wide>
-      <form
-        className={css.beside}
-        onSubmit={(event) => {
-          event.preventDefault();
-          void save();
-        }}
-      >
+      <Form className={css.beside} onSubmit={() => void save()}>
         <TextField className="column tight fill" value={name} onChange={(text) => useStudio.setState({ name: text })} autoFocus>
           <Label>{t("library.saveAs")}</Label>
           <Input maxLength={80} placeholder={t("project.unnamed")} />
         </TextField>
         <TextButton type="submit" primary isDisabled={!name.trim()}>{t("library.save")}</TextButton>
-      </form>
-      {problems.map((problem) => (
-        <p key={problem.en} role="alert" className={css.libraryProblem}>
-          {inLanguage(problem)}
+      </Form>
+      {place?.problems.map(({ sentence }) => (
+        <p key={sentence.en} role="alert" className="caution">
+          {inLanguage(sentence)}
         </p>
       ))}
       {projects?.length === 0 && <p className="quiet">{t("library.empty")}</p>}
@@ -119,7 +109,7 @@ function ExampleCard({ example, clip, onOpen }: { example: Example; clip: Clip |
   const t = useTexts();
   const difficulty = t(`examples.difficulties.${example.difficulty}`);
   return (
-    <Button className={classes("pick", css.example)} onPress={onOpen}>
+    <Button className={classes("pick across", css.example)} onPress={onOpen}>
       {({ isHovered, isFocusVisible }) => (
         <>
           <span className={css.examplePicture}>{clip && <ClipPicture clip={clip} moves={isHovered || isFocusVisible} />}</span>
@@ -143,9 +133,8 @@ function ExampleCard({ example, clip, onOpen }: { example: Example; clip: Clip |
 /** Programs to begin with. */
 export function ExamplesDialog() {
   const t = useTexts();
-  const [examples, setExamples] = useState<Example[]>([]);
+  const [examples] = useAnswer("examples", []);
   const [clips, setClips] = useState<ReadonlyMap<string, Clip>>(new Map());
-  useEffect(() => void attempt(async () => setExamples(await request("examples"))), []);
   useEffect(() => void attempt(async () => setClips(await loadClips())), []);
   const openExample = (example: Example) =>
     attempt(async () => {

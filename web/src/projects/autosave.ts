@@ -13,7 +13,7 @@ import { notify } from "../state/dialogs";
 import { heldByOthers, own, PLACE_KEY } from "../state/otherTabs";
 import { keep } from "../state/storage";
 import { type Studio, useStudio } from "../state/studio";
-import { endAll } from "../ui/areas";
+import { endAll, listen } from "../ui/areas";
 import { Keeper, type Place } from "./keeper";
 import { sameProject } from "./project";
 
@@ -138,13 +138,7 @@ class Autosave implements Place {
       void this.keeper.keepNow();
       if (!this.isStored) askUnlessSaved(event);
     };
-    window.addEventListener("storage", writeAgain);
-    window.addEventListener("beforeunload", leave);
-    return endAll(
-      this.keeper.start(),
-      () => window.removeEventListener("storage", writeAgain),
-      () => window.removeEventListener("beforeunload", leave),
-    );
+    return endAll(this.keeper.start(), listen(window, ["storage"], writeAgain), listen(window, ["beforeunload"], leave));
   }
 }
 

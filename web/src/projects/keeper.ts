@@ -10,7 +10,7 @@
 
 import { RefusedError, UnreachableError } from "../api/service";
 import { type Studio, useStudio } from "../state/studio";
-import { endAll } from "../ui/areas";
+import { endAll, listen } from "../ui/areas";
 
 export interface Place {
   /** Whether a change of the page changes what the place holds. */
@@ -46,18 +46,14 @@ export class Keeper {
 
   /** Keep each change from now on; returns a function that ends this. */
   start(): () => void {
-    const stop = useStudio.subscribe((now, before) => {
-      if (this.place.concerns(now, before)) this.note();
-    });
     const leave = () => void this.keepNow();
-    const hide = () => document.hidden && leave();
-    window.addEventListener("pagehide", leave);
-    document.addEventListener("visibilitychange", hide);
     return endAll(
-      stop,
+      useStudio.subscribe((now, before) => {
+        if (this.place.concerns(now, before)) this.note();
+      }),
+      listen(window, ["pagehide"], leave),
+      listen(document, ["visibilitychange"], () => document.hidden && leave()),
       () => clearTimeout(this.timer),
-      () => window.removeEventListener("pagehide", leave),
-      () => document.removeEventListener("visibilitychange", hide),
     );
   }
 

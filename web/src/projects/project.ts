@@ -12,7 +12,6 @@ import { endEdit, forgetEdits, record } from "../state/history";
 import { useSettings } from "../state/settings";
 import { EMPTY_MAT, ownProject, type Studio, useStudio } from "../state/studio";
 import { collectEdits } from "../words/compiling";
-import type { Place } from "./keeper";
 
 export const BLANK: OpenedProject = { name: "", leader: {}, followers: null, profile: "classroom", mat: EMPTY_MAT, range_mm: null };
 
@@ -159,22 +158,16 @@ async function saveOwn(): Promise<boolean> {
 }
 
 /** What a file or the library holds of the open project. It is written when the user saves. */
-class Library implements Place {
+class Library {
   /** The project as it is held; "nowhere" for one that came by a link or from autosave; null before the first project. */
   private held: SavedParts | "nowhere" | null = null;
   /** The same of the project that a mission has put aside; null after the page was loaded anew. */
   private aside: SavedParts | "nowhere" | null = null;
 
-  concerns(now: Studio, before: Studio): boolean {
-    return this.held !== null && !sameProject(now, before);
-  }
-
-  /** Save the next version, under the project's name. Throws RefusedError or UnreachableError; the project is unsaved then. */
-  async write(): Promise<void> {
-    await this.save();
-  }
-
-  /** The same; false where the user doesn't agree to the next version. */
+  /**
+   * Save the next version, under the project's name; false where the user doesn't agree to it. Throws RefusedError or
+   * UnreachableError; the project is unsaved then.
+   */
   async save(): Promise<boolean> {
     const name = useStudio.getState().name.trim();
     const project = openProject();
@@ -215,7 +208,7 @@ class Library implements Place {
 
   watch(): void {
     useStudio.subscribe((now, before) => {
-      if (this.concerns(now, before)) this.compare();
+      if (this.held !== null && !sameProject(now, before)) this.compare();
     });
   }
 }

@@ -59,6 +59,9 @@ export const useSettings = create<Settings>(() => ({
   shares: { blocks: 0.43, editors: 0.5, drawer: 0.38 },
 }));
 
+/** Whether the page shows few kinds of blocks, and words in place of figures: its user has just begun. */
+export const isStart = ({ level } = useSettings.getState()): boolean => level === "start";
+
 /** Show a part of the drawer. */
 export function openDrawer(tab: DrawerTab): void {
   useSettings.setState({ drawer: { tab, open: true } });

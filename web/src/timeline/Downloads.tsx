@@ -1,5 +1,4 @@
 import { useState } from "react";
-import { Button, Menu, MenuItem, MenuTrigger, Popover } from "react-aria-components";
 import { request } from "../api/service";
 import { say, useTexts } from "../i18n";
 import { session } from "../mat/session";
@@ -8,11 +7,9 @@ import { attempt } from "../projects/actions";
 import { base64Of, download, fileName } from "../ui/files";
 import { notify, openDialog } from "../state/dialogs";
 import { useStudio } from "../state/studio";
-import { classes } from "../ui/classes";
-import { Icon } from "../ui/icons";
+import { Entry, MenuButton } from "../ui/controls";
+import { ToolButton } from "../ui/fields";
 import { film, filmKind } from "./film";
-import buttons from "../ui/buttons.module.css";
-import controls from "../ui/controls.module.css";
 
 const FILM_S = 10;
 
@@ -29,21 +26,14 @@ export function Downloads() {
     void saveStageFilm().finally(() => setFilming(false));
   };
   return (
-    <MenuTrigger>
-      <Button className={classes(buttons.button, buttons.tool)} isDisabled={isEmpty || filming}>
-        <Icon name="download" />
-        <span>{t("timeline.download")}</span>
-      </Button>
-      <Popover className={controls.popover}>
-        <Menu aria-label={t("timeline.download")}>
-          <MenuItem className={controls.menuItem} onAction={() => openDialog("run")}>{t("run.open")}</MenuItem>
-          <MenuItem className={controls.menuItem} {...table}>{t("timeline.csv")}</MenuItem>
-          {filmKind() && (
-            <MenuItem className={controls.menuItem} onAction={saveFilm}>{t("timeline.film", { count: FILM_S })}</MenuItem>
-          )}
-        </Menu>
-      </Popover>
-    </MenuTrigger>
+    <MenuButton
+      button={<ToolButton icon="download" wide label={t("timeline.download")} isDisabled={isEmpty || filming} />}
+      aria-label={t("timeline.download")}
+    >
+      <Entry onAction={() => openDialog("run")}>{t("run.open")}</Entry>
+      <Entry {...table}>{t("timeline.csv")}</Entry>
+      {filmKind() && <Entry onAction={saveFilm}>{t("timeline.film", { count: FILM_S })}</Entry>}
+    </MenuButton>
   );
 }
 

@@ -1,20 +1,19 @@
 import { type PointerEvent, useEffect, useRef, useState } from "react";
 import type { CompiledWord } from "../api/types";
+import type { CarEvent } from "../api/world";
 import { useTexts } from "../i18n";
 import { colourWords, hexColour, UNKNOWN, watchTheme } from "../mat/colours";
 import { session } from "../mat/session";
 import { choose, chosenCar, useMat } from "../mat/store";
-import { type Window, windowAt, type CarEvent, clock, decisionOf, type Jump, jumpTo } from "./events";
+import { type Window, windowAt, clock, decisionOf, type Jump, jumpTo } from "./events";
 import { Downloads } from "./Downloads";
 import { AXIS_PX, LANE_PX, lookOf, paint } from "./painting";
 import css from "./timeline.module.css";
-import { Slider, SliderThumb, SliderTrack } from "react-aria-components";
 import { useStudio, useWords } from "../state/studio";
 import { flowStory } from "../words/deciding";
 import { endAll, sharpContext } from "../ui/areas";
 import { useScroll } from "../ui/panes";
-import { Choice, ToolButton } from "../ui/fields";
-import fields from "../ui/fields.module.css";
+import { Bar, Choice, ToolButton } from "../ui/fields";
 import { classes } from "../ui/classes";
 
 const REPAINT_MS = 66;
@@ -188,19 +187,15 @@ function Scrubber() {
   const most = Math.max(state?.t_ms ?? 0, past ? 0 : tMs, 1);
   return (
     <div className="wrap">
-      <Slider
-        className={fields.slider}
-        aria-label={t("timeline.scrub")}
+      <Bar
+        label={t("timeline.scrub")}
+        thumbLabel={`${t("timeline.scrub")} ${clock(tMs)}`}
         minValue={Math.min(state?.earliest_ms ?? 0, most - 1)}
         maxValue={most}
         step={100}
         value={Math.min(tMs, most)}
         onChange={(to) => session.seek(to)}
-      >
-        <SliderTrack className={fields.track}>
-          <SliderThumb className={fields.thumb} aria-label={`${t("timeline.scrub")} ${clock(tMs)}`} />
-        </SliderTrack>
-      </Slider>
+      />
       <ToolButton icon="present" label={t("timeline.present")} wide isDisabled={!past} onPress={() => session.seek(null)} />
     </div>
   );

@@ -1,17 +1,8 @@
 /** The events of all cars: a ring of the newest, and how many of them fit into a lane of so many pixels. */
 
-import { EVENT_COLUMNS, EventColumn, KINDS, MOST_EVENTS, type EventKind, type Picture, type LossReason, LOSS_REASONS } from "../api/world";
+import { type CarEvent, EVENT_COLUMNS, EventColumn, eventIn, type EventKind, MOST_EVENTS, type Picture } from "../api/world";
 import { FLOW_OPS } from "../generated/steps";
 import { valueOf } from "../words/values";
-
-export interface CarEvent {
-  tMs: number;
-  car: number;
-  kind: EventKind;
-  why: LossReason;
-  word: number;
-  other: number;
-}
 
 const NONE = -1;
 /** 8 MiB of rows, and about ten minutes of a class's twenty cars. */
@@ -87,16 +78,7 @@ export class EventStore {
   }
 
   private row(place: number): CarEvent {
-    const at = place * EVENT_COLUMNS;
-    const kind = this.rows[at + EventColumn.kind]!;
-    return {
-      tMs: this.rows[at + EventColumn.tMs]!,
-      car: this.rows[at + EventColumn.car]!,
-      kind: KINDS[kind & 255] ?? "state",
-      why: LOSS_REASONS[(kind >> 8) & 255] ?? "",
-      word: this.rows[at + EventColumn.word]!,
-      other: this.rows[at + EventColumn.other]!,
-    };
+    return eventIn(this.rows, place);
   }
 }
 

@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
-import { KINDS, type EventKind } from "../api/world";
+import { type CarEvent, KINDS, type EventKind } from "../api/world";
 import { pictureOf } from "../mat/testPictures";
-import { type CarEvent, EventStore } from "./events";
+import { EventStore } from "./events";
 import { decisionOf, jumpTo, Mark, packLane, ticksOf, windowAt } from "./events";
 
 type Row = [tMs: number, car: number, kind: EventKind, word?: number];

@@ -26,8 +26,8 @@ export function sharpContext(canvas: HTMLCanvasElement, width: number, height: n
 export const endAll = (...ends: (() => void)[]) => () => ends.forEach((end) => end());
 
 /** Call back at events of these kinds; returns a function that ends this. */
-export function listen(target: EventTarget, kinds: readonly string[], act: (event: Event) => void, capture = false): () => void {
+export function listen<Kind extends Event>(target: EventTarget, kinds: readonly string[], act: (event: Kind) => void, capture = false): () => void {
   const listening = new AbortController();
-  for (const kind of kinds) target.addEventListener(kind, act, { capture, signal: listening.signal });
+  for (const kind of kinds) target.addEventListener(kind, act as EventListener, { capture, signal: listening.signal });
   return () => listening.abort();
 }

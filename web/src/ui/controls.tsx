@@ -7,8 +7,15 @@ import {
   CheckboxField,
   Dialog,
   Heading,
+  Menu,
+  MenuItem,
+  type MenuItemProps,
+  type MenuProps,
+  MenuTrigger,
   Modal,
   ModalOverlay,
+  Popover,
+  type PopoverProps,
   Tooltip,
   TooltipTrigger,
   type ButtonProps,
@@ -34,7 +41,7 @@ export function Hinted({ hint, children }: { hint: string; children: ReactNode }
   useEffect(() => {
     if (!isOpen) return;
     // While a hint is open React Aria keeps Escape for it; so it goes first, and the key still closes the dialog around it.
-    return listen(window, ["keydown"], (event) => (event as KeyboardEvent).key === "Escape" && flushSync(() => setOpen(false)), true);
+    return listen<KeyboardEvent>(window, ["keydown"], ({ key }) => key === "Escape" && flushSync(() => setOpen(false)), true);
   }, [isOpen]);
   return (
     <TooltipTrigger delay={500} isOpen={isOpen} onOpenChange={setOpen}>
@@ -65,6 +72,28 @@ export function IconButton({ icon, label, ...props }: IconButtonProps) {
       </Button>
     </Hinted>
   );
+}
+
+interface MenuButtonProps extends MenuProps<object> {
+  /** What opens the menu. */
+  button: ReactNode;
+  placement?: PopoverProps["placement"];
+}
+
+/** A button that opens a menu. */
+export function MenuButton({ button, placement, ...menu }: MenuButtonProps) {
+  return (
+    <MenuTrigger>
+      {button}
+      <Popover className={controls.popover} placement={placement}>
+        <Menu {...menu} />
+      </Popover>
+    </MenuTrigger>
+  );
+}
+
+export function Entry(props: MenuItemProps) {
+  return <MenuItem {...props} className={controls.menuItem} />;
 }
 
 export function Check({ checked, onChange, children }: { checked: boolean; onChange: (checked: boolean) => void; children: ReactNode }) {

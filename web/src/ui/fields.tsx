@@ -1,5 +1,6 @@
 /** Buttons with pictures, switches, lists, sliders and number fields. */
 
+import type { ReactNode } from "react";
 import {
   Button,
   type ButtonProps,
@@ -13,6 +14,7 @@ import {
   Select,
   SelectValue,
   Slider,
+  type SliderProps,
   SliderThumb,
   SliderTrack,
   ToggleButton,
@@ -105,6 +107,26 @@ export function NumberBox({ label, beside = true, onChange, ...props }: NumberBo
   );
 }
 
+interface BarProps extends Omit<SliderProps<number>, "children" | "className"> {
+  label: string;
+  /** What the thumb is called, where that is more than the label. */
+  thumbLabel?: string;
+  /** What stands on the bar, below the thumb. */
+  children?: ReactNode;
+}
+
+/** A bar with a thumb. */
+export function Bar({ label, thumbLabel, children, ...props }: BarProps) {
+  return (
+    <Slider {...props} className={fields.slider} aria-label={label}>
+      <SliderTrack className={fields.track}>
+        {children}
+        <SliderThumb className={fields.thumb} aria-label={thumbLabel} />
+      </SliderTrack>
+    </Slider>
+  );
+}
+
 interface NumberSliderProps {
   label: string;
   value: number;
@@ -124,20 +146,15 @@ export function NumberSlider(props: NumberSliderProps) {
   const valueAt = scale?.valueAt ?? ((position: number) => position);
   return (
     <div className={fields.number}>
-      <Slider
-        className={fields.slider}
-        aria-label={label}
+      <Bar
+        label={label}
         value={scale ? scale.positionOf(value) : value}
         minValue={scale ? 0 : least}
         maxValue={scale?.positions ?? most}
         step={scale ? 1 : step}
         onChange={(position) => onChange(valueAt(position))}
         onChangeEnd={() => onEnd?.()}
-      >
-        <SliderTrack className={fields.track}>
-          <SliderThumb className={fields.thumb} />
-        </SliderTrack>
-      </Slider>
+      />
       <NumberBox
         label={label}
         beside={false}

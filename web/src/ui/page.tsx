@@ -52,7 +52,7 @@ function SettingsSheet({ children }: { children: ReactNode }) {
   const language = useLanguage();
   const theme = useSettings((settings) => settings.theme);
   return (
-    <details className={css.settings}>
+    <details className={classes("anchor", css.settings)}>
       <summary aria-label={t("title")}>
         <Icon name="settings" />
       </summary>
@@ -154,13 +154,13 @@ export function Field({ label, value, onChange, hint, type = "text", most = 40, 
 }
 
 /** A form that the page answers itself; in one column, or in a row where `className` says so. */
-export function Form({ onSubmit, className = css.form, children }: { onSubmit: () => void; className?: string; children: ReactNode }) {
+export function Form({ onSubmit, className = css.form, id, children }: { onSubmit: () => void; className?: string; id?: string; children: ReactNode }) {
   const submit = (event: SyntheticEvent) => {
     event.preventDefault();
     onSubmit();
   };
   return (
-    <form className={className} onSubmit={submit}>
+    <form id={id} className={className} onSubmit={submit}>
       {children}
     </form>
   );

@@ -1,16 +1,17 @@
-import { useEffect, useState } from "react";
+import { useState } from "react";
 import { Input, Label, TextField } from "react-aria-components";
 import { RefusedError, request } from "../api/service";
-import type { CarFigures, CarMove } from "../generated/messages";
+import type { CarFigures } from "../generated/messages";
 import { inLanguage, useTexts } from "../i18n";
 import { attempt } from "../projects/actions";
 import { chooseKind } from "../projects/project";
+import { useAnswer } from "../projects/useAnswer";
 import { closeDialog } from "../state/dialogs";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { Sheet, TextButton } from "../ui/controls";
 import { download } from "../ui/files";
-import { Problem } from "../ui/page";
+import { Form, Problem } from "../ui/page";
 import controls from "../ui/controls.module.css";
 import { OneCar } from "./UploadDialog";
 
@@ -25,12 +26,11 @@ const NOTHING: Typed = { first: "", left: "" };
 export function CalibrationDialog() {
   const t = useTexts();
   const profile = useStudio((studio) => studio.profile);
-  const [moves, setMoves] = useState<CarMove[]>([]);
+  const [moves] = useAnswer("calibration/moves", [], { profile });
   const [at, setAt] = useState(0);
   const [typed, setTyped] = useState<Record<string, Typed>>({});
   const [figures, setFigures] = useState<CarFigures | null>(null);
   const [problem, setProblem] = useState("");
-  useEffect(() => void attempt(async () => setMoves(await request("calibration/moves", { profile }))), [profile]);
   const move = moves[at];
 
   const goOn = () =>
@@ -58,17 +58,10 @@ export function CalibrationDialog() {
           <p>{t("calibration.about")}</p>
           <h3>{t("calibration.move", { number: at + 1, count: moves.length, move: inLanguage(move.title) })}</h3>
           <OneCar key={move.key} image={move.image} brief />
-          <form
-            id="readings"
-            className="row"
-            onSubmit={(event) => {
-              event.preventDefault();
-              void goOn();
-            }}
-          >
+          <Form id="readings" className="row" onSubmit={() => void goOn()}>
             <Reading key={move.key} label={t(move.turns ? "calibration.turned" : "calibration.ahead")} value={now.first} onChange={(first) => type({ first })} />
             {!move.turns && <Reading label={t("calibration.left")} value={now.left} onChange={(left) => type({ left })} />}
-          </form>
+          </Form>
           <Problem text={problem} />
           <footer className={controls.sheetFoot}>
             <TextButton isDisabled={at === 0} onPress={() => setAt(at - 1)}>{t("calibration.back")}</TextButton>
