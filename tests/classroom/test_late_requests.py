@@ -16,8 +16,9 @@ from motorcade.classroom.app import REQUESTS, make_class_app
 from motorcade.classroom.folder import ClassFolder
 from motorcade.classroom.network import Network
 from motorcade.classroom.pairs import Pairs
-from motorcade.classroom.record import Pair
+from motorcade.classroom.record import Pair, from_bytes, owners_of
 from motorcade.classroom.running import ClassServerSettings
+from motorcade.errors import MotorcadeError
 from motorcade.server.studio.library import OWNERS, folder_of
 from motorcade.service import requests as studio
 from motorcade.service.messages import Nothing
@@ -272,6 +273,23 @@ def test_a_class_whose_file_is_missing_or_older_than_the_work_is_refused_in_a_se
     with files.opened():
         assert "class.json" in str(refused("class-without-record", files.load, Random(1).randrange))
     assert len(list((tmp_path / OWNERS).iterdir())) == 1
+
+
+def test_a_file_with_one_wrong_bit_has_nobodys_work_deleted(tmp_path):
+    """A start deletes the libraries of whom the file doesn't have."""
+    with class_room(tmp_path) as room:
+        mia, ben = room.join("Mia"), room.join("Ben")
+        mia.save("Robot")
+        ben.save("Robot")
+        assert mia.ask("class/pair/begin", to=ben.id, name="Parade", project=PROJECT) == {}
+    good, files = (tmp_path / "class.json").read_bytes(), ClassFolder(tmp_path)
+    stored = files.owners()
+    assert len(stored) == 3
+    for place in range(len(good)):
+        bad = bytearray(good)
+        bad[place] ^= 1 << place % 7
+        with suppress(MotorcadeError):
+            assert stored <= owners_of(from_bytes(bytes(bad), "class.json")), good[place - 9 : place + 9]
 
 
 def test_one_bad_record_stops_neither_the_clock_of_the_class_nor_what_is_known_of_others(caplog):

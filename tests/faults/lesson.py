@@ -368,10 +368,10 @@ class Lesson(ClassComputer):
             self.world.keep("shows-what-is", (row["hand_s"] is not None) == pupil.hand, f"{pupil.name}'s hand")
             self._check_age(f"since {pupil.name} raises a hand", row["hand_s"] or 0, pupil.hand and pupil.hand_s)
             self._check_age(f"since {pupil.name} is away", row["away_s"], not pupil.pages and pupil.left_s)
-            is_stuck = row["stuck_s"] is not None
-            may_be_stuck = pupil.opened and pupil.pages and row["stuck_s"] is not None
-            may_be_stuck = may_be_stuck and row["stuck_s"] >= 60 * self.stuck_minutes
-            self.world.keep("shows-what-is", bool(may_be_stuck) or not is_stuck, f"{pupil.name} is stuck: {row}")
+            stuck_s = row["stuck_s"]
+            # The class looks once a second; a minute is the least that can be set.
+            is_so = stuck_s is None or (bool(pupil.opened and pupil.pages) and stuck_s >= 60)
+            self.world.keep("shows-what-is", is_so, f"{pupil.name} is stuck: {row}")
         self.world.keep("shows-what-is", len(rows) == len(self.pupils), f"rows of {list(rows)}")
         own = {"title": self.title, "code": self.code, "is_open": self.is_open, "stuck_minutes": self.stuck_minutes}
         return self._shared_view() | own | {"disk": None}

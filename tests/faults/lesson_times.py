@@ -154,6 +154,10 @@ async def rot(run: "Lesson") -> None:
     bad = random.choice(
         (b"", good[:cut], b"\0" * len(good), good.replace(b'"pupils"', b'"Pupils"', 1)[:at], b"[]", b"{}")
     )
+    if random.random() < 0.5:
+        # One wrong letter would be enough to delete everybody's work.
+        wrong = random.choice(((b'"pupils"', b'"pupilr"'), (b'"pairs"', b'"pairc"'), (b'"id": "0', b'"id": "8')))
+        bad = good.replace(*wrong, 1) if wrong[0] in good else b""
     node.data = node.kept = bad
     run.kill(False)
     await asyncio.sleep(2.5)

@@ -34,7 +34,7 @@ class SimulatedLoop(BaseSelectorEventLoop):
         # The tasks of a process that was killed: they do nothing, but the garbage collector would end them noisily.
         self._left: list[asyncio.Task[Any]] = []
         self._turns: dict[int, Lock] = {}
-        # The next job begins so much later: the computer is busy.
+        # Jobs begin so much later: the computer is busy.
         self.late_s = 0.0
         process.at_end.append(lambda: self._left.extend(asyncio.all_tasks(self)))
         process.at_close.append(self.abandon)
@@ -108,7 +108,7 @@ class SimulatedLoop(BaseSelectorEventLoop):
         """Do a job in a thread of the process."""
         future = self.create_future()
         turn = self._turn_of(executor)
-        late_s, self.late_s = self.late_s, 0.0
+        late_s = self.late_s
 
         def work() -> None:
             try:

@@ -26,7 +26,7 @@ _Number = Annotated[str, Meta(pattern=r"^[0-9]{4}\Z")]
 _Code = Annotated[str, Meta(pattern=r"^[0-9A-Za-z]{1,40}\Z")]
 
 
-class Pupil(Struct):
+class Pupil(Struct, forbid_unknown_fields=True):
     """A pupil.
 
     Attributes:
@@ -48,7 +48,7 @@ class Pupil(Struct):
     told: int = 0
 
 
-class Pair(Struct):
+class Pair(Struct, forbid_unknown_fields=True):
     """Two pupils who program one project: each window, the leader's program or the followers', has one owner.
 
     Attributes:
@@ -80,7 +80,7 @@ class SignIn(Struct):
     until_s: float
 
 
-class ClassRecord(Struct):
+class ClassRecord(Struct, forbid_unknown_fields=True):
     """A class.
 
     Attributes:
@@ -133,9 +133,10 @@ def is_owner(name: str) -> bool:
 def is_known(record: ClassRecord, owner: str) -> bool:
     """Return whether a pupil or a pair is, or was, one of this class: its number was given out."""
     of_a_pair, number = _OWNER.fullmatch(owner).groups()  # type: ignore[union-attr]
+    given = record.joined
     if of_a_pair:
-        return int(number) <= record.paired
-    return int(number) <= record.joined
+        given = record.paired
+    return 0 < int(number) <= given
 
 
 def leave_pair(record: ClassRecord, pupil_id: str) -> None:
@@ -199,6 +200,11 @@ def from_bytes(data: bytes, file: object) -> ClassRecord:
         raise MotorcadeError("class-damaged", file=file, reason=str(problem)) from None
     if record.format != FORMAT:
         raise MotorcadeError("class-of-another-kind", file=file, format=record.format[:40], known=FORMAT)
+    owners = owners_of(record) - {TEACHER}
+    is_whole = len(owners) == len(record.pupils) + len(record.pairs)
+    # A start deletes the libraries of those whom the file doesn't have: one wrong digit would be enough.
+    if not is_whole or not all(is_known(record, owner) for owner in owners):
+        raise MotorcadeError("class-damaged", file=file, reason="pupils, pairs: id")
     return record
 
 
