@@ -117,6 +117,15 @@ def test_wheels_stop_when_their_guard_is_frozen(tmp_path: Path) -> None:
         guard.kill()
 
 
+def test_a_guard_that_can_not_stop_the_wheels_says_so(tmp_path: Path) -> None:
+    own = [str(os.getpid()), str(QUICK_MS), "os:rmdir", str(tmp_path / "nowhere")]
+    command = [sys.executable, "-m", "motorcade.drive.motor_guard", *own]
+    # The process that drives is gone when its end of the pipe is closed.
+    done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "the wheels may still turn" in done.stderr
+
+
 def test_wheels_without_their_guard_stand_still(tmp_path: Path) -> None:
     file = tmp_path / "wheels"
     with driving(file) as process:

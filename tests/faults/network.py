@@ -332,6 +332,8 @@ class Network:
         self.world = world
         self.links: dict[str, Link] = {}
         self.listening: dict[tuple[str, int], ListeningSocket] = {}
+        # Other names of computers.
+        self.names: dict[str, str] = {}
         # Told of each connection: its name, its port, and the client's end.
         self.watch: Callable[[str, int, Socket], None] = lambda name, port, socket: None
         # Told of each try: who tries, and where.
@@ -354,6 +356,7 @@ class Network:
 
         ``name`` is that of its computer: the process's own unless given.
         """
+        host = self.names.get(host, host)
         world, to, name = self.world, (host, port), name or process.name
         self.knocks(name, host, port)
         link = self.links.get(f"{name} to {host}") or self.links.get(name) or self.links[process.name]

@@ -40,6 +40,8 @@ IMAGE_FAULTS = (
     *("mute", "stores-mute", "other-checksum", "same-length"),
     *("refuses", "cant-store", "too-large", "hangs-up", "stores-hangs-up", "other-uploader"),
 )
+# So many lines of its own a car says before an answer: fewer than somebody who is no car.
+_TALK = 15
 PROFILE = built_in_profile("classroom")
 
 
@@ -69,6 +71,8 @@ class ShelfCar:
         self.checks: list[str] = []
         self.images: list[str] = []
         self.is_mute = self.ignores_orders = False
+        # Whether it says more than it is asked.
+        self.talks = False
         # At a cable: what it sends by itself, for how long, and whether it shows what it gets, as a prompt does.
         self.chatter_s = 0.0
         self.shows = False
@@ -124,7 +128,10 @@ class ShelfCar:
         fields += [("board", self.board), ("version", self.version), ("state", self.state)]
         fields += [("words", len(self.held) // WORD_BYTES), ("holds", f"{crc32(self.held):08x}")]
         fields.append(("battery", self.battery_mv or ""))
-        return answer_line(request, tuple((key, str(value)) for key, value in fields))
+        said = answer_line(request, tuple((key, str(value)) for key, value in fields))
+        if self.talks:
+            return b"temperature 21\n" * _TALK + said
+        return said
 
 
 class _Line(asyncio.Protocol):

@@ -37,6 +37,7 @@ def row(fleet: Cars, car: ShelfCar | ShelfDriveCar) -> Any:
 async def table(run: "Shelf") -> None:
     """The table has what each car says of itself, and says in time which one answers no more, and which one again."""
     cars = [run.car() for _ in range(run.random.randint(2, 4))]
+    cars[0].talks = run.random.random() < 0.5
     for car in cars[1:]:
         run.announce(car, CAR)
     driven = run.drive_car()
@@ -322,14 +323,19 @@ async def forget(run: "Shelf") -> None:
     car, found = run.car(), run.car()
     run.announce(car, CAR)
     run.announce(found, CAR)
-    async with run.fleet([listed(car, "mine")]) as fleet:
+    place = listed(car, "mine")
+    if run.random.random() < 0.5:
+        # By a name of its host.
+        run.network.names["mine.local"] = car.host
+        place = network_place("mine.local", PORT, "mine")
+    async with run.fleet([place]) as fleet:
         await asyncio.sleep(1.0)
         rows = [status.where for status in fleet.statuses()]
-        run.keep("found", sorted(rows) == sorted([car.where, found.where]), f"the table has {rows}")
-        fleet.remove(car.where)
+        run.keep("found", sorted(rows) == sorted([place.address, found.where]), f"the table has {rows}")
+        fleet.remove(place.address)
         await asyncio.sleep(0.5)
         (kept,) = fleet.named(["mine"])
-        run.keep("found", kept.place.address == car.where, "a car that somebody named is forgotten")
+        run.keep("found", kept.place.address == place.address, "a car that somebody named is forgotten")
         # So many places, and no more, may be named.
         for number in range(MOST_NAMED - 1):
             fleet.add(network_place("10.7.0.1", 3000 + number))

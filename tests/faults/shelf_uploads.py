@@ -98,14 +98,19 @@ async def say_why(run: "Shelf") -> None:
         if fault == "last-answer":
             # It stores the image, and a bridge says again and again what it said before.
             car.checks, car.images = ["", *[fault] * 9], ["stores-mute"] * 9
+        retries: list[Phrase] = []
         try:
-            await run.in_thread(lambda: serial_port.upload("socket://car:7001", image, BAUD))
+            await run.in_thread(
+                lambda again=retries: serial_port.upload("socket://car:7001", image, BAUD, retrying=again.append)
+            )
         except MotorcadeError as problem:
             phrase = problem.details.get("holds")
             told = problem.code, phrase.key.removeprefix("car-holds-") if phrase else ""
             run.keep("says-why", told == (code, holds), f"{fault}: {told} in place of {code}, {holds}")
         else:
             run.keep("verified", False, f"an upload succeeds behind {fault}")
+        is_final = fault in ("cant-store", "too-large")
+        run.keep("upload-ends", not (is_final and retries), f"behind {fault} it is tried again: {retries}")
     car.end()
 
 

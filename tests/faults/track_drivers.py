@@ -23,7 +23,7 @@ from tests.faults.track_car import (
 
 _RATE, _WINDOW_S = 10, 0.1
 _SILENCE_S, _ANSWER_S, _ROUND_S = 4.0, 1.0, 2047 * 0.004
-_BELIEVED_S = 0.05
+_BELIEVED_S, _HALF_MINUTE_S = 0.05, 30.0
 
 
 async def drive(run: Track) -> None:
@@ -167,7 +167,10 @@ async def late_commands(run: Track) -> None:
     """Stamped commands that come late move nothing: in the flow, behind an answer, and after a silence."""
     async with run.car() as board:
         driver = await run.client().come(stamped=True)
+        begin_s = run.world.now_s
         await run.drive_on(driver, 0.3, stamped=True)
+        if run.random.random() < 0.3:
+            await _drive_for_long(run, driver, begin_s)
         for age_s in (STALE_S + 0.05, 0.6, 2.0, 6.0):
             await _try_late(run, driver, age_s)
         driver.send(move(run.setpoint()))
@@ -177,6 +180,18 @@ async def late_commands(run: Track) -> None:
         last = await run.drive_on(driver, 0.1, stamped=True)
         run.keep("no-old-command", board.setpoint == last, "fresh commands aren't believed")
         await _after_silence(run, board, driver)
+
+
+async def _drive_for_long(run: Track, driver: TrackClient, begin_s: float) -> None:
+    """What a car knows of a connection it knows on when half a minute is over."""
+    while run.world.now_s < begin_s + _HALF_MINUTE_S - 1.0:
+        driver.send(move(NEUTRAL), stamped=True)
+        await asyncio.sleep(0.5)
+    while run.world.now_s < begin_s + _HALF_MINUTE_S + 1.0:
+        driver.send(move(NEUTRAL), stamped=True)
+        await driver.arrive(0.2)
+        driver.send(move(run.setpoint()), stamped=True, age_s=STALE_S + 0.1)
+        await _still_stands(run, driver, "an old command in a new half minute")
 
 
 async def _try_late(run: Track, driver: TrackClient, age_s: float) -> None:
@@ -371,6 +386,12 @@ async def switch(run: Track) -> None:
         run.keep("horn-ends", not board.is_on.get("horn"), "a horn sounds after a stop")
         run.keep("switches", board.is_on.get("head_light", True), "a stop switches the light off")
         await _pass_the_horn(run, driver, other)
+        visitor = await run.client().call(COMMANDS)
+        visitor.send(move(NEUTRAL), move(NEUTRAL))
+        await visitor.arrive()
+        visitor.close()
+        await visitor.arrive()
+        run.keep("switches", board.is_on.get("head_light", True), "who leaves switches off what another switched on")
         driver.close()
         await driver.arrive()
         run.keep("switches", not any(board.is_on.values()), "what a driver who has left switched on stays on")

@@ -72,6 +72,10 @@ async def be_stuck(run: Track) -> None:
         await driver.settle()
         run.keep("shows-what-is", driver.told["stalls"] == 1, f"{driver.told['stalls']} stalls are counted")
         await _drive_again(run, driver)
+        run.loop.soon(lambda: run.world.sleep(0.4))
+        await asyncio.sleep(0.6)
+        await driver.settle()
+        run.keep("shows-what-is", driver.told["stalls"] == 2, f"{driver.told['stalls']} of two stalls are counted")
 
 
 async def obstacle(run: Track) -> None:

@@ -138,6 +138,13 @@ async def join(run: Track) -> None:
         plain.post("join", port=1)
         await asyncio.sleep(_JOIN_S + 0.2)
         run.keep("own-session", plain.you.get("name") == plain.name, f"{plain.name} is called {plain.you}")
+        # Until another one at its address names the connection.
+        named = run.client(plain.address)
+        await named.call(TELEMETRY)
+        named.post("join", port=plain.port)
+        await named.settle()
+        shown = named.you.get("name"), plain.you.get("name") == plain.name
+        run.keep("own-session", shown == (plain.name, False), f"of two channels one names {plain.name}: {shown}")
 
 
 async def ask(run: Track) -> None:

@@ -14,6 +14,7 @@ import socket
 import stat
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -265,11 +266,10 @@ def port_name(port: str) -> str:
     is_port = _may_be_port
     if sys.platform == "win32":
         is_port = _is_windows_port
-    try:
+    # ValueError: no file can have that name.
+    with suppress(ValueError):
         if is_port(name):
             return name
-    except ValueError:
-        raise TransferError("not-a-port-name", port=port) from None
     raise TransferError("no-serial-port", port=port)
 
 
