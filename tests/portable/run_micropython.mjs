@@ -60,6 +60,7 @@ const modules = board ? installBoard(python.FS, board) : installMotorcade(python
 for (const folder of board ? [] : ["", "simulated/"]) {
   for (const file of pythonFiles(new URL(`./${folder}`, HERE))) copy(python.FS, new URL(folder + file, HERE), folder + file);
 }
+copy(python.FS, new URL("../support/brain_steps.py", HERE), "support/brain_steps.py");
 try {
   for (const name of modules) python.runPython(`import ${name}`);
   python.globals.set("given", given.join("\n"));

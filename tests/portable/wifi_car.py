@@ -26,20 +26,33 @@ DRIVES = b"\x02\0\0\0\x64\x80\0\0\x6d\0\0\0"
 
 
 class ChipCable:
-    """A cable at which nobody is."""
+    """A cable that a test may speak through."""
+
+    def __init__(self):
+        self.came, self.answered = b"", b""
 
     def read(self):
-        return b""
+        came, self.came = self.came, b""
+        return came
+
+    def write(self, data):
+        self.answered += data
 
     def close(self):
         pass
 
 
 class ChipStation:
-    """A network that hasn't come yet, so the car isn't announced."""
+    """The chip's connection to its network; without an address that hasn't come yet, so the car isn't announced."""
+
+    def __init__(self, address=None):
+        self._address = address
 
     def isconnected(self):
-        return False
+        return self._address is not None
+
+    def ifconfig(self):
+        return self._address
 
 
 class ChipClock:

@@ -14,7 +14,7 @@ from motorcade.program.blocks import FOLLOWERS_HAT, LEADER_HAT
 from motorcade.program.compiler import compile_program
 from motorcade.service import programs
 from motorcade.service.requests import Context, respond
-from support.studio_programs import blocks
+from support.studio_programs import block_in, blocks
 
 
 def ask(name, message):
@@ -33,14 +33,6 @@ def test_a_wrong_block_has_values_that_would_fix_it():
     assert (found["code"], found["block"]) == ("duration-not-expressible", "f")
     assert [(each["field"], each["value"]) for each in found["fixes"]] == [("SECONDS", 1.0), ("SECONDS", 2.0)]
     assert found["fixes"][0]["sentence"] == {"en": "make it 1 s", "zh": "改成 1 秒"}
-
-
-def block_in(state, wanted):
-    """The block of a workspace with an id."""
-    parts = state.values() if isinstance(state, dict) else state if isinstance(state, list) else ()
-    if isinstance(state, dict) and state.get("id") == wanted:
-        return state
-    return next((found for part in parts if (found := block_in(part, wanted))), None)
 
 
 def with_fix(sent, diagnostic, fix):

@@ -20,6 +20,7 @@ from motorcade.service.world_messages import (
     WorldHello,
 )
 from support.session_page import SessionPage, server_world, site_world
+from support.studio_programs import table_of
 
 WAITS, LIGHTS = (wait(1),), (led(1, 1), led(2, 2))
 WALL = {"from_m": [0.5, -1], "to_m": [0.5, 1]}
@@ -35,16 +36,11 @@ def page_of(poses, *, leads=1, leader=WAITS, followers=LIGHTS, forward=False, li
     make_world = world.pop("make_world", server_world)
     profile = world.pop("profile", "classroom")
     range_mm = world.pop("range_mm", None)
-    cars = [
-        {"at_m": [x, y], "heading_deg": heading, "role": "leader" if car < leads else "follower"}
-        for car, (x, y, heading) in enumerate(poses)
-    ]
-    mat: dict[str, Any] = {"format": "motorcade-mat/1", "name": "Table", "tick_ms": TICK_MS, "car": cars, **world}
     image = None
     if leader:
         told = Followers(list(followers), forward=forward, accept_ir=listen)
         image = compile_program(Program(list(leader), told), built_in_profile(profile)).image
-    return SessionPage(make_world, SetWorld(mat, image, profile, range_mm=range_mm))
+    return SessionPage(make_world, SetWorld(table_of(poses, leads, **world), image, profile, range_mm=range_mm))
 
 
 def seen(page, car, until_ms=12_000):

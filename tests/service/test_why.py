@@ -28,6 +28,7 @@ from motorcade.service.studio_world import open_world
 from motorcade.service.why import in_the_way
 from motorcade.service.world_messages import SetWorld
 from motorcade.words.infrared import word_of
+from support.studio_programs import block_in, table_of
 
 SECONDS = 9
 DIAMETER_M = built_in_profile("classroom").body.diameter_mm / 1000
@@ -51,12 +52,7 @@ class Project(NamedTuple):
 def project(poses, *, leads=1, leader=None, followers=LIGHTS, forward=False, listen=True, range_mm=None, **mat):
     """Cars at their places (x and y in metres, heading in degrees); the first ones lead."""
     told = Followers(list(followers), forward=forward, accept_ir=listen)
-    cars = [
-        {"at_m": [x, y], "heading_deg": heading, "role": "leader" if k < leads else "follower"}
-        for k, (x, y, heading) in enumerate(poses)
-    ]
-    document = {"format": "motorcade-mat/1", "name": "Table", "tick_ms": 10, "car": cars, **mat}
-    return Project(*blocks_of(Program(leader or [wait(1)], told)), document, range_mm)
+    return Project(*blocks_of(Program(leader or [wait(1)], told)), table_of(poses, leads, **mat), range_mm)
 
 
 def played(given, run_ms=SECONDS * 1000):
@@ -83,16 +79,8 @@ def remedied(given, car, found):
         return None
     followers = json.loads(json.dumps(given.followers))
     for change in answer["fields"]:
-        _block(followers, change["block"])["fields"][change["field"]] = change["value"]
+        block_in(followers, change["block"])["fields"][change["field"]] = change["value"]
     return Project(given.leader, followers, answer["mat"] or given.mat, answer["range_mm"] or given.range_mm)
-
-
-def _block(node, wanted):
-    """A block by its id; by None, the first one of the editor."""
-    if isinstance(node, dict) and "type" in node and (wanted is None or node.get("id") == wanted):
-        return node
-    inside = node.values() if isinstance(node, dict) else node if isinstance(node, list) else ()
-    return next((block for each in inside if (block := _block(each, wanted))), None)
 
 
 def is_apart(poses):

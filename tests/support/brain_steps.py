@@ -1,6 +1,7 @@
-"""Do in Python what tests/export/brain_steps.c does in C: random steps of cars, and a running sum of all results."""
+"""Do in Python what tests/export/brain_steps.c does in C: random steps of cars, and a running sum of all results.
 
-from collections.abc import Iterator
+Portable: MicroPython and a browser's Python run it, too.
+"""
 
 from motorcade.car import brain, decisions, step
 from motorcade.car.senses import Senses
@@ -11,6 +12,11 @@ from motorcade.words.infrared import tagged_frame, to_frame
 from motorcade.words.packing import bytes_to_words
 from motorcade.words.ticks import TICKS_MASK, later_ms
 
+# For the type checker alone: MicroPython has no such module.
+MYPY = False
+if MYPY:
+    from collections.abc import Iterator
+
 STEPS_OF_A_CAR = 512
 STEPS_OF_A_LINE = 1024
 MOST_IMAGE_WORDS = 24
@@ -19,11 +25,11 @@ HASTY = (0, 130, 999, 1501, 90, 170, 333, 500, 701, 1200, 1999, 4001, 1, 150, 15
 DURATIONS_MS = (0, 70_001, 300_000, 1_048_575)
 DWELLS_MS = (70_000, 90_001, 131_072, 262_144, 300_000, 500_000, 1_000_000, 1_048_575)
 # The largest numbers that a profile may have.
-SLOW = (*DURATIONS_MS, *DWELLS_MS, 65_536, 70_000, 300_000, 1_048_575, 66_000)
+SLOW = DURATIONS_MS + DWELLS_MS + (65_536, 70_000, 300_000, 1_048_575, 66_000)
 LEVELS = (
-    (*CLASSROOM, 560, 5, 250, 6, 150, 2400, 2, 10000),
-    (*HASTY, 500, 0, 40, 2, 31, 333, 1, 4100),
-    (*SLOW, 1_048_575, 1_048_575, 1_048_575, 70_000, 66_000, 1_048_575, 1_048_575, 1_048_575),
+    CLASSROOM + (560, 5, 250, 6, 150, 2400, 2, 10000),  # noqa: RUF005
+    HASTY + (500, 0, 40, 2, 31, 333, 1, 4100),  # noqa: RUF005
+    SLOW + (1_048_575, 1_048_575, 1_048_575, 70_000, 66_000, 1_048_575, 1_048_575, 1_048_575),  # noqa: RUF005
 )
 ADVANCES_MS = (0, 1, 3, 4, 4, 7, 12, 20, 20, 20, 20, 50, 100, 300, 700, 5000)
 FROM_OWN_TAG = (30, 30, 0, 29)
@@ -72,7 +78,7 @@ class Steps:
     def note_flow(self, index: int) -> None:
         self.add(index)
 
-    def received_frames(self) -> Iterator[int]:
+    def received_frames(self) -> "Iterator[int]":
         while self.bits & 7 == 0:
             self.bits >>= 3
             yield self._draw_frame()
@@ -134,7 +140,7 @@ class Steps:
         words = [self.draw() & 0xFFFFF800 for _ in range(leader_states + follower_words)]
         for place in range(leader_states if header & DECIDES else 0):
             words[place] = self._leader_word(words[place], header)
-        return (header, *words)
+        return (header,) + tuple(words)  # noqa: RUF005
 
     def _leader_word(self, word: int, header: int) -> int:
         leader_states, follower_words = header >> 24, header >> 16 & 255
@@ -157,7 +163,7 @@ class Steps:
         fault = word_fault(first, second, third, fourth, leader_states, follower_words, header & TAGGED)
         return word & 0x7FFFF800 if fault else drawn
 
-    def _new_line(self) -> None:
+    def new_line(self) -> None:
         random = self.draw()
         line = bytearray()
         if random & 7 == 0:
@@ -172,7 +178,7 @@ class Steps:
         if random >> 24 & 3 == 0:
             line[(random >> 26) % len(line)] ^= 1 << (random >> 23 & 7)
         if random >> 30 == 0:
-            del line[len(line) - len(line) // 4 :]
+            line = line[: len(line) - len(line) // 4]
         self.line = bytes(line)
 
     def _take_events(self) -> int:
@@ -188,7 +194,7 @@ class Steps:
 
     def _serve_serial(self) -> None:
         if not self.line and self.bits >> 18 & 15 == 0:
-            self._new_line()
+            self.new_line()
         self._take_events()
         count = min(self.bits >> 22 & 31, len(self.line), receiver.room(self.receiver, self.buffer, self.now))
         if count == 0:

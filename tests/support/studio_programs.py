@@ -1,5 +1,6 @@
 """Programs that tests show to the studio."""
 
+from collections.abc import Iterable
 from typing import Any
 
 from motorcade import Followers, Program
@@ -11,6 +12,23 @@ def blocks(leader: list[Step], followers: Followers | list[Step] | None = None) 
     """The page's message for a program."""
     leads, follows = blocks_of(Program(leader, followers))
     return {"leader": leads, "followers": follows, "profile": "classroom"}
+
+
+def block_in(state: Any, wanted: str | None) -> Any:
+    """The block of a workspace with an id; by None, the first one of the editor."""
+    parts = state.values() if isinstance(state, dict) else state if isinstance(state, list) else ()
+    if isinstance(state, dict) and "type" in state and wanted in (None, state.get("id")):
+        return state
+    return next((found for part in parts if (found := block_in(part, wanted))), None)
+
+
+def table_of(poses: Iterable[tuple[float, float, float]], leads: int = 1, **more: Any) -> dict[str, Any]:
+    """A mat of cars at their places (x and y in metres, heading in degrees), of which the first ones lead."""
+    cars = [
+        {"at_m": [x, y], "heading_deg": heading, "role": "leader" if car < leads else "follower"}
+        for car, (x, y, heading) in enumerate(poses)
+    ]
+    return {"format": "motorcade-mat/1", "name": "Table", "tick_ms": 10, "car": cars, **more}
 
 
 FORWARD = {"drive": {"direction": "forward", "speed": 2, "seconds": 3}}

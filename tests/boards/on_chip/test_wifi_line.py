@@ -15,7 +15,7 @@ from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
-from wifi_car import ChipBoard, ChipClock
+from wifi_car import ChipBoard, ChipCable, ChipClock, ChipStation
 
 from motorcade.boards.on_chip.secure_line import serial_number
 from motorcade.boards.on_chip.wifi_line import Announcer, WifiLine, join_network
@@ -34,33 +34,6 @@ from support.waiting import until, wait_until
 pytestmark = pytest.mark.skipif(not hasattr(select, "poll"), reason="Windows has no poll")
 
 
-class RadioCable:
-    """A cable that a test speaks through."""
-
-    def __init__(self):
-        self.came, self.answered = b"", b""
-
-    def read(self):
-        came, self.came = self.came, b""
-        return came
-
-    def write(self, data):
-        self.answered += data
-
-    def close(self):
-        pass
-
-
-class RadioStation:
-    """The chip's connection to its network, which is this computer's own here."""
-
-    def isconnected(self):
-        return True
-
-    def ifconfig(self):
-        return ("127.0.0.1", "255.0.0.0", "", "")
-
-
 def free_port():
     with socket.create_server(("127.0.0.1", 0)) as reserved:
         return reserved.getsockname()[1]
@@ -68,8 +41,8 @@ def free_port():
 
 @contextmanager
 def running():
-    cable, port = RadioCable(), free_port()
-    announcer = Announcer(RadioStation(), socket, ChipClock(), "0000002a", port)
+    cable, port = ChipCable(), free_port()
+    announcer = Announcer(ChipStation(("127.0.0.1", "255.0.0.0", "", "")), socket, ChipClock(), "0000002a", port)
     line = WifiLine(cable, socket, select, ChipClock(), announcer, port)
     board, ended = ChipBoard(line, levels_of(CLASSROOM)), threading.Event()
     car = Car(board)
