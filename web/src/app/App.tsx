@@ -188,14 +188,11 @@ export function App() {
         <div ref={bars}>
           <ServerBanner />
           <SocketNotice />
-          {ready && isPair && (
+          {ready && (
             <Suspense>
-              <PairBar />
-            </Suspense>
-          )}
-          {ready && classroom && (
-            <Suspense>
-              {classroom === "pupil" ? <PupilBar /> : <TeacherBar />}
+              {isPair && <PairBar />}
+              {classroom === "pupil" && <PupilBar />}
+              {classroom === "teacher" && <TeacherBar />}
             </Suspense>
           )}
         </div>
