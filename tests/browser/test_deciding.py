@@ -213,6 +213,7 @@ def test_a_drive_minds_what_is_chosen_in_its_block_and_what_its_drawer_offers(op
     # The first block of its kind in the drawer minds a person, too.
     studio.press(studio.editor("leader").get_by_role("treeitem", name=studio.say("drawers.sense"), exact=True))
     offered = studio.editor("leader").get_by_role("option", name=studio.say("blocks.forward")).first
+    expect(offered).to_have_accessible_name(re.compile(studio.say("blocks.unless.holds")))
     studio.press(offered, position={"x": 12, "y": 12})
     studio.expect_words(["02000000", "65801000", "64801000"])
     studio.undo()

@@ -215,12 +215,20 @@ def test_a_failure_is_told_and_played_again_and_no_block_moves(open_page):
 def test_who_wins_on_a_phone_sees_it_and_goes_on_with_one_tap(open_page):
     studio = open_page(size=PHONE, level="start")
     page = studio.page
-    let_it_wait(studio, begin_first_mission(studio))
+    drive = begin_first_mission(studio)
+    let_it_wait(studio, drive)
+    page.get_by_role("button", name=studio.say("editors.largerBlocks")).press("Enter")
     page.locator("#mat-play").press("Enter")
+    studio.expect_moving()
+    place = middle_of(drive)
     learned = built_in_mission("forward-and-stop").learned.sentence()
     outcome = page.get_by_role("status").filter(has_text=learned, visible=True)
     expect(outcome).to_be_in_viewport(ratio=1)
     expect(outcome.locator("[data-earned]").first).to_be_in_viewport(ratio=1)
+    # The cars that dance are seen below it, and the blocks are where they were.
+    told, bar = studio.box(outcome), studio.box(page.get_by_role("group", name=studio.say("mat.transport")))
+    assert told["y"] + told["height"] < bar["y"] - 50
+    assert middle_of(drive) == place
     page.get_by_role("button", name=studio.say("missions.next"), exact=True).click()
     name = built_in_mission("round-the-corner").name.sentence()
     expect(page.get_by_role("region", name=studio.say("missions.mission", name=name))).to_be_visible()

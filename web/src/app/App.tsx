@@ -92,6 +92,8 @@ function Work() {
   const compiled = useStudio((studio) => studio.compiled !== null);
   const shares = useSettings((settings) => settings.shares);
   const isPlayed = useMission(({ mission }) => mission !== null);
+  // Where the task stands in place of the blocks, there is room for the stage.
+  const isRead = useMission(({ mission, folded }) => mission !== null && !folded);
   const isWritten = useDraft(({ draft }) => draft !== null);
   const drawer = useSettings((settings) => settings.drawer.open);
   const larger = useStudio((studio) => studio.larger);
@@ -105,7 +107,7 @@ function Work() {
     if (due) openEditors();
   }, [due]);
   return (
-    <main className={classes("printed-whole", css.work)} data-alone={alone ?? undefined} data-drawer={drawer || undefined} data-larger={larger} data-compiled={compiled || undefined} data-task={isPlayed || isWritten || undefined}>
+    <main className={classes("printed-whole", css.work)} data-alone={alone ?? undefined} data-drawer={drawer || undefined} data-larger={isRead ? undefined : larger} data-compiled={compiled || undefined} data-task={isPlayed || isWritten || undefined}>
       <div className={classes("printed-whole", css.blocks)}>
         <MissionStrip />
         {due ? <Editors key={`${language} ${level} ${kind}`} /> : <p className={classes("quiet", areas.loading)}>{t("app.loading")}</p>}
@@ -183,14 +185,11 @@ export function App() {
         <div ref={bars}>
           <ServerBanner />
           <SocketNotice />
-          {ready && isPair && (
+          {ready && (
             <Suspense>
-              <PairBar />
-            </Suspense>
-          )}
-          {ready && classroom && (
-            <Suspense>
-              {classroom === "pupil" ? <PupilBar /> : <TeacherBar />}
+              {isPair && <PairBar />}
+              {classroom === "pupil" && <PupilBar />}
+              {classroom === "teacher" && <TeacherBar />}
             </Suspense>
           )}
         </div>

@@ -119,7 +119,11 @@ function shape(block: Blockly.Block, way: Way, offered: boolean): void {
     show(block, UNTIL, asks),
     fitUnless(block, show),
   ];
-  if (changed.includes(true) && block instanceof Blockly.BlockSvg) void block.queueRender();
+  if (!changed.includes(true) || !(block instanceof Blockly.BlockSvg)) return;
+  void block.queueRender();
+  // Blockly names a block when it is made and when it gets the focus; in a drawer nothing tells it of what shows since.
+  const { State, setState, Verbosity } = Blockly.utils.aria;
+  setState(block.getFocusableElement(), State.LABEL, block.getAriaLabel(Verbosity.STANDARD));
 }
 
 /** Steps that last as long as those beside them; for such a step a together is around it, it shows no seconds. */

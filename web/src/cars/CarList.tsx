@@ -68,7 +68,7 @@ export function CarList({ path, image, program, stopsElsewhere = false }: CarLis
             <Action onClick={() => order({ do: "go" })}>{t("go")}</Action>
           </>
         )}
-        <Action primary className={classes("end", css.load)} disabled={!image || chosen.length === 0} onClick={() => image && order({ do: "load", where: chosen, image, program })}>
+        <Action primary disabled={!image || chosen.length === 0} onClick={() => image && order({ do: "load", where: chosen, image, program })}>
           {t("load", { count: chosen.length })}
         </Action>
       </div>

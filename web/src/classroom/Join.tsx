@@ -10,7 +10,6 @@ import { askClass, askToJoin } from "./ask";
 import { Avatar } from "./Avatar";
 import css from "./class.module.css";
 import { secretInAddress } from "./secret";
-import { classes } from "../ui/classes";
 
 /** Into the studio, with the shared link that led here, if one did. */
 const enterStudio = () => location.assign(`/${location.hash}`);
@@ -20,7 +19,7 @@ function Card({ me, title, children }: { me: Self; title: "welcomeBack" | "hello
   const t = useTexts("class");
   return (
     <section className={css.card} aria-live="polite">
-      <div className={classes("row loose", css.who)}>
+      <div className="row loose">
         <Avatar name={me.avatar} />
         <h2>{t(title, { name: me.name })}</h2>
       </div>

@@ -101,7 +101,7 @@ export function MatPart({ view }: { view: ClassView }) {
   const { mat } = view;
   const open = () => askTeacher("mat/open", mission === FREE ? { followers } : { mission: { id: mission } });
   return (
-    <section aria-label={t("mat")}>
+    <section className="stack" aria-label={t("mat")}>
       <p>{t("matAbout")}</p>
       {mat.state === "closed" ? (
         <div className="wrap">

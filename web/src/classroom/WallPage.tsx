@@ -14,6 +14,7 @@ import { HowToJoin } from "./HowToJoin";
 import { AllStages } from "./Stages";
 import { useClass } from "./useClass";
 import { WorldCanvas } from "./WorldCanvas";
+import buttons from "../ui/buttons.module.css";
 import css from "./class.module.css";
 
 const ShownBlocks = lazy(() => import("./ShownBlocks"));
@@ -128,7 +129,7 @@ function WallPage() {
       </Page>
     );
   return (
-    <Page title={pupil ? t("stageOf", { name: pupil.name }) : t("wallTitle")} tools={<a href="/wall">{t("allStages")}</a>} className={css.wide}>
+    <Page title={pupil ? t("stageOf", { name: pupil.name }) : t("wallTitle")} tools={<a className={buttons.button} href="/wall">{t("allStages")}</a>} className={css.wide}>
       {view && !pupil && <p className="caution">{t("pupilGone")}</p>}
       {pupil && (
         <div className={css.shown}>

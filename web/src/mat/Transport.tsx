@@ -43,10 +43,10 @@ export const Transport = memo(function Transport() {
       <Speed />
       <Clock />
       {listens && (
-        <>
+        <span className={classes("row tight", css.voice)}>
           <ToolButton icon="stop" label={t("mat.sayStop")} wide={t("mat.stop")} isDisabled={empty} onPress={() => session.send({ do: "say", word: "stop" })} />
           <ToolButton icon="go" label={t("mat.sayGo")} wide={t("mat.go")} isDisabled={empty} onPress={() => session.send({ do: "say", word: "go" })} />
-        </>
+        </span>
       )}
       <SoundButton />
       <ToolButton

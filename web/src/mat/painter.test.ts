@@ -113,6 +113,16 @@ it("zones' names have the page's font and stand at the upper edge, where no car 
   expect(sprites.filter(({ what }) => what === "fillText").map(({ args }) => args)).toEqual([["Garage", 200, 104]]);
 });
 
+it("no zone's name lies over another", () => {
+  const zones = ["A", "B", "C"].map((name, k) => ({
+    zone: { name, title: { en: name, zh: name }, corners_m: [], centre_m: [1 + 0.06 * k, 1], radius_m: 0.5, avoid: false },
+    name,
+    fits: false,
+  }));
+  paint(testContext(SIZE.width, SIZE.height), { ...viewOf(null), zones }, CAMERA);
+  expect(sprites.filter(({ what }) => what === "fillText").map(({ args }) => args[0])).toEqual(["A", "C"]);
+});
+
 it("all cars that a goal tells of are ringed, each once", () => {
   const painted: Painted[] = [];
   const { view } = viewWith(3);

@@ -173,19 +173,25 @@ export interface ZoneName {
   lineHeight: number;
 }
 
-/** The names of zones, at the upper edge of each, since cars come to the middle. */
+const bottomOf = ({ y, lines, lineHeight }: ZoneName) => y + lines.length * lineHeight;
+const meet = (a: ZoneName, b: ZoneName) => Math.abs(a.x - b.x) < (a.width + b.width) / 2 && a.y < bottomOf(b) && b.y < bottomOf(a);
+
+/** The names of zones, at the upper edge of each, since cars come to the middle; none lies over another. */
 export function zoneNames(g: CanvasRenderingContext2D, zones: readonly ShownZone[], camera: Camera, size: Size): ZoneName[] {
   const font = `bold ${NAME_PX}px ${pageFont()}`;
   g.font = font;
-  return zones.flatMap(({ zone, name, fits }) => {
-    if (!name) return [];
+  const shown: ZoneName[] = [];
+  for (const { zone, name, fits } of zones) {
+    if (!name) continue;
     const { left, right, top } = boxOfZone(zone);
     const lines = wrapped(g, name);
     const width = Math.max(...lines.map((text) => g.measureText(text).width));
-    if (fits && width > (right - left) * camera.scale) return [];
+    if (fits && width > (right - left) * camera.scale) continue;
     const [x, y] = toScreen(camera, size, [(left + right) / 2, top]);
-    return [{ lines, font, x, y: y + NAME_AIR_PX, width, lineHeight: LINE_PX }];
-  });
+    const made = { lines, font, x, y: y + NAME_AIR_PX, width, lineHeight: LINE_PX };
+    if (!shown.some((other) => meet(other, made))) shown.push(made);
+  }
+  return shown;
 }
 
 /** A text in lines that are no wider than WIDEST_PX, broken between words. */

@@ -36,6 +36,7 @@ function Task({ mission }: { mission: Mission }) {
   const goals = useMat((now) => now.goals);
   const { result, tries, hints, folded, told, ended } = useMission();
   const seed = useMat((now) => now.seed);
+  const end = useEnd();
   const foldButton = useRef<HTMLButtonElement>(null);
   // The pressed button disappears, so the focus goes to what it has brought.
   const fold = (now: boolean) => {
@@ -51,10 +52,17 @@ function Task({ mission }: { mission: Mission }) {
     >
       <header className={classes("wrap", css.head)}>
         <h2>{inLanguage(mission.name)}</h2>
+        {end && (
+          <span className={css.then}>
+            {end.stars.length ? <Next mission={mission} /> : <TextButton small onPress={() => fold(false)}>{t("missions.showTask")}</TextButton>}
+          </span>
+        )}
         <Stars stars={starsOf(mission)} earned={result?.earned ?? mission.earned} />
-        <span className={css.unfold}>
-          <IconButton icon="down" label={t("missions.showTask")} onPress={() => fold(false)} />
-        </span>
+        {!(end && !end.stars.length) && (
+          <span className={css.unfold}>
+            <IconButton icon="down" label={t("missions.showTask")} onPress={() => fold(false)} />
+          </span>
+        )}
         {ended && (
           <span className={css.story}>
             <IconButton
@@ -65,7 +73,9 @@ function Task({ mission }: { mission: Mission }) {
             />
           </span>
         )}
-        <TextButton small onPress={() => openDialog("missions")}>{t("missions.map")}</TextButton>
+        <span className={css.map}>
+          <TextButton small onPress={() => openDialog("missions")}>{t("missions.map")}</TextButton>
+        </span>
         {mission.id === "own" && (
           <span className={css.edit}>
             <TextButton small onPress={() => editMission(mission)}>{t("missions.edit")}</TextButton>
@@ -153,18 +163,21 @@ function GoalLine({ goal, now, checked, isEarned, seed }: GoalLineProps) {
   );
 }
 
-/** How a run ended, on the stage of a phone: there the blocks have the task's room, and stay where they are. */
-export function OutcomeOnStage() {
-  const t = useTexts();
-  const { mission, result, folded } = useMission();
+/** The result of a run that is over; null while the cars drive, and once somebody looks back. */
+function useEnd(): MissionResult | null {
   const isOver = useMat(({ goals, past }) => (goals?.is_over ?? false) && !past);
-  if (!mission || !result || !folded || !isOver) return null;
+  const result = useMission((now) => now.result);
+  return isOver ? result : null;
+}
+
+/** How a run ended, on the stage of a phone: the blocks have the task's room, and its head says how to go on. */
+export function OutcomeOnStage() {
+  const { mission, folded } = useMission();
+  const end = useEnd();
+  if (!mission || !end || !folded) return null;
   return (
     <div role="status" className={css.onStage}>
-      <Outcome mission={mission} result={result} />
-      {!result.stars.length && (
-        <TextButton small onPress={() => useMission.setState({ folded: false })}>{t("missions.showTask")}</TextButton>
-      )}
+      <Outcome mission={mission} result={end} onStage />
     </div>
   );
 }
@@ -179,24 +192,31 @@ function Foretold({ of }: { of: number }) {
   return plays && earned ? <p>{t("missions.foretold", { stars: earned.length, of })}</p> : null;
 }
 
-/** The stars of the last run, and what was learned; or the usual mistake that was made. */
-function Outcome({ mission, result }: { mission: Mission; result: MissionResult }) {
+/** The stars of the last run, and what was learned; or the usual mistake that was made. On the stage that alone. */
+function Outcome({ mission, result, onStage = false }: { mission: Mission; result: MissionResult; onStage?: boolean }) {
   const t = useTexts();
   if (result.steps) return <p>{inLanguage(result.steps)}</p>;
   if (!result.stars.length) {
     const { mistake } = result;
     return <p className="strong">{mistake ? t("missions.mistake", { mistake: inLanguage(mistake) }) : t("missions.again")}</p>;
   }
-  const next = () => (mission.next ? void playMission({ id: mission.next }) : openDialog("missions"));
   return (
     <>
       <p className="strong">
         <Stars stars={starsOf(mission)} earned={result.stars} /> {inLanguage(mission.learned)}
       </p>
-      <div className="wrap">
-        <TextButton small primary onPress={next}>{t(mission.next ? "missions.next" : "missions.choose")}</TextButton>
-        <TextButton small onPress={() => openDialog("run")}>{t("run.open")}</TextButton>
-      </div>
+      {!onStage && (
+        <div className="wrap">
+          <Next mission={mission} />
+          <TextButton small onPress={() => openDialog("run")}>{t("run.open")}</TextButton>
+        </div>
+      )}
     </>
   );
+}
+
+function Next({ mission }: { mission: Mission }) {
+  const t = useTexts();
+  const next = () => (mission.next ? void playMission({ id: mission.next }) : openDialog("missions"));
+  return <TextButton small primary onPress={next}>{t(mission.next ? "missions.next" : "missions.choose")}</TextButton>;
 }

@@ -123,7 +123,7 @@ function SharedThings({ view }: { view: PupilView }) {
           {t(text, { car: name })}
         </TextButton>
         {isMine && name && (
-          <a href={`/drive?car=${encodeURIComponent(name)}`} target="drive">
+          <a className={buttons.button} href={`/drive?car=${encodeURIComponent(name)}`} target="drive">
             {t("pupil.yourTurn")}
           </a>
         )}
