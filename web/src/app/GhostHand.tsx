@@ -12,12 +12,8 @@ const SHOWN_MS = 2600;
 /** Below the hat is where a block is dropped. */
 const BELOW_PX = 16;
 
-interface GhostHandProps {
-  step: keyof typeof WAYS;
-}
-
 /** A hand that shows once what is to be done; nothing where nothing may move. */
-export function GhostHand({ step }: GhostHandProps) {
+export function GhostHand({ step }: { step: keyof typeof WAYS }) {
   const hand = useRef<HTMLDivElement>(null);
   useEffect(() => {
     const parts = WAYS[step].map((part) => document.querySelector(part)?.getBoundingClientRect());

@@ -3,6 +3,7 @@ import { useTexts } from "../i18n";
 import { useMat } from "../mat/store";
 import { replaceBy, TOURED } from "../projects/project";
 import { IconButton, TextButton } from "../ui/controls";
+import { usePageState } from "../ui/panes";
 import { type Studio, useStudio } from "../state/studio";
 import { endTour, showTour, useTour } from "../state/tour";
 import { GhostHand } from "./GhostHand";
@@ -59,12 +60,7 @@ function Steps() {
 
 function Card({ step, onNext }: { step: Step | "welcome"; onNext: () => void }) {
   const t = useTexts();
-  useEffect(() => {
-    document.documentElement.dataset.tour = PLACES[step];
-    return () => {
-      delete document.documentElement.dataset.tour;
-    };
-  }, [step]);
+  usePageState("tour", PLACES[step]);
   const isWelcome = step === "welcome";
   return (
     <aside className={classes("unprinted", dialogs.tour)} data-step={step} aria-labelledby="tour-title">

@@ -9,7 +9,7 @@ import { DECIDING_BLOCKS } from "./deciding";
 import { defineBlocks, canStandIn, toolboxOf } from "./definitions";
 import { fitEnds, offerEnds } from "./endings";
 import { nameOf } from "./names";
-import { emptyState } from "./workspaces";
+import { EMPTY_FOLLOWERS } from "./workspaces";
 
 const profile = {
   speeds_mm_s: [0, 100, 200, 300],
@@ -132,7 +132,7 @@ describe("the blocks", () => {
 
   it("let followers pass words on, with a switch that the first level shows too", () => {
     const workspace = new Blockly.Workspace();
-    Blockly.serialization.workspaces.load(emptyState("followers"), workspace);
+    Blockly.serialization.workspaces.load(EMPTY_FOLLOWERS, workspace);
     expect(workspace.getTopBlocks()[0]!.getFieldValue("FORWARD")).toBe("TRUE");
     const isShown = (name: string) => {
       const block = new Blockly.Workspace().newBlock("motorcade_followers");

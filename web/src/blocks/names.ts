@@ -78,5 +78,5 @@ export function followNames(workspace: Blockly.Workspace): void {
 }
 
 /** What a counter, or a block of one's own, is called at first. */
-export const counterField = (name: string) => ({ type: NameField.KIND, name, text: say("blocks.firstCounter") });
+export const counterField = () => ({ type: NameField.KIND, name: "COUNTER", text: say("blocks.firstCounter") });
 export const ownBlockField = () => ({ type: NameField.KIND, name: "NAME", text: say("blocks.firstOwnBlock") });

@@ -7,7 +7,7 @@ import { useStudio } from "../state/studio";
 import { collectEdits, noteEdit } from "../words/compiling";
 import { hatOf } from "./definitions";
 import { ENDS } from "./endings";
-import { drawAtOnce, emptyState, workspaceOf } from "./workspaces";
+import { drawAtOnce, EMPTY_FOLLOWERS, workspaceOf } from "./workspaces";
 
 type State = Blockly.serialization.blocks.State;
 
@@ -142,7 +142,7 @@ export function parkFollowers(): void {
 export function unparkFollowers(): void {
   const { followers, parkedFollowers } = useStudio.getState();
   if (followers !== null) return;
-  useStudio.setState({ followers: parkedFollowers ?? emptyState("followers"), parkedFollowers: null, editor: "followers" });
+  useStudio.setState({ followers: parkedFollowers ?? EMPTY_FOLLOWERS, parkedFollowers: null, editor: "followers" });
 }
 
 /** Note for undo that the followers are programmed from now on, or no longer. */

@@ -82,11 +82,10 @@ function lock(workspace: Blockly.WorkspaceSvg): void {
   (workspace.getToolbox() as Blockly.Toolbox | null)?.setVisible(!locked);
 }
 
-/** An editor with nothing but its hat. Followers pass words on unless the user turns that off: else cars far away stand. */
-export function emptyState(editor: EditorName): WorkspaceState {
-  const fields = editor === "followers" ? { FORWARD: true } : undefined;
-  return { blocks: { languageVersion: 0, blocks: [{ type: hatOf(editor), id: hatOf(editor), x: 24, y: 24, fields }] } };
-}
+/** The followers' editor with nothing but its hat. They pass words on unless the user turns that off: else cars far away stand. */
+export const EMPTY_FOLLOWERS: WorkspaceState = {
+  blocks: { languageVersion: 0, blocks: [{ type: hatOf("followers"), id: hatOf("followers"), x: 24, y: 24, fields: { FORWARD: true } }] },
+};
 
 export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.WorkspaceSvg {
   const workspace = Blockly.inject(host, {

@@ -2,12 +2,13 @@
 
 import { useState } from "react";
 import { useTexts } from "../i18n";
+import { type Run, runNow } from "../mat/session";
 import { useMission } from "../missions/store";
 import { useStudio } from "../state/studio";
 import { Comparison } from "./Comparison";
 import { LuckPart } from "./LuckMeter";
 import { StopList } from "./StopTools";
-import { presentRun, type Run, trials, useTrials } from "./trials";
+import { trials, useTrials } from "./trials";
 import { TextButton } from "../ui/controls";
 import css from "./certainty.module.css";
 
@@ -19,19 +20,17 @@ export function CertaintyPanel() {
   const before = useTrials((now) => now.before);
   const image = useStudio(({ compiled }) => compiled?.image);
   const [names, setNames] = useState<readonly [string, string] | null>(null);
-  const compare = (other: Run | null, name: string) => {
-    const run = presentRun();
-    if (!run || !other) return;
+  const compare = (other: Run, name: string) => {
     const seconds = useMission.getState().mission?.seconds;
-    trials.compare(run, other, seconds ? seconds * 1000 : COMPARED_MS);
+    trials.compare(runNow(), other, seconds ? seconds * 1000 : COMPARED_MS);
     setNames([t("compare.this"), name]);
   };
   const withSeed = (seed: number) => {
-    const run = presentRun();
+    const run = runNow();
     const usual = useMission.getState().mission?.seed;
     // The run of the page may be the one that failed.
-    const other = seed === run?.seed ? (usual !== undefined && usual !== seed ? usual : seed + 1) : seed;
-    compare(run && { ...run, seed: other }, t("compare.luck", { seed: other }));
+    const other = seed === run.seed ? (usual !== undefined && usual !== seed ? usual : seed + 1) : seed;
+    compare({ ...run, seed: other }, t("compare.luck", { seed: other }));
   };
   return (
     <div className={css.panel}>
@@ -43,14 +42,14 @@ export function CertaintyPanel() {
         <TextButton
           small
           isDisabled={!image}
-          onPress={() => withSeed((presentRun()?.seed ?? 0) + 1)}
+          onPress={() => withSeed((runNow().seed ?? 0) + 1)}
         >
           {t("compare.withLuck")}
         </TextButton>
         <TextButton
           small
           isDisabled={!image || !before || before.image === image}
-          onPress={() => compare(before, t("compare.before"))}
+          onPress={() => before && compare(before, t("compare.before"))}
         >
           {t("compare.withBefore")}
         </TextButton>

@@ -4,15 +4,12 @@ import { create } from "zustand";
 import { LastingStream } from "../api/connection";
 import { service } from "../api/service";
 import { decodePicture, type Picture } from "../api/world";
-import type { Difference, Failure, Luck, MissionChoice, Refused, SetWorld, TrialAnswer, TrialMessage } from "../generated/messages";
-import { session } from "../mat/session";
+import type { Difference, Failure, Luck, MissionChoice, Refused, TrialAnswer, TrialMessage } from "../generated/messages";
+import { type Run, runNow, session } from "../mat/session";
 import { useMat } from "../mat/store";
 import { documentOf, useDraft } from "../missions/draft";
 import { useStudio } from "../state/studio";
 import { endAll, listen } from "../ui/areas";
-
-/** A run, as it can be simulated again. */
-export type Run = Omit<SetWorld, "do">;
 
 interface Trials {
   luck: Luck | null;
@@ -128,7 +125,8 @@ export class TrialStream {
   }
 
   private play(): void {
-    this.run = presentRun();
+    const run = runNow();
+    this.run = run.image ? run : null;
     // An edit lets the cars begin again, while the hands don't rest yet.
     if (this.timer !== undefined) return;
     const { capabilities, compiled } = useStudio.getState();
@@ -181,12 +179,6 @@ export class TrialStream {
 
 /** The trials of the page. */
 export const trials = new TrialStream();
-
-/** The run of the project as it is now, from its beginning. */
-export function presentRun(): Run | null {
-  const { compiled, mat, profile, rangeMm, mission } = useStudio.getState();
-  return compiled?.image ? { image: compiled.image, mat, profile, seed: useMat.getState().seed, range_mm: rangeMm, mission } : null;
-}
 
 /** Play the run of a seed from shortly before a moment, with the cars ringed that it is about. */
 export function playFrom(seed: number, tMs: number, cars: readonly number[]): void {

@@ -28,8 +28,8 @@ function useDrop(onDrop: (data: DataTransfer) => void): boolean {
   const drop = useEffectEvent(onDrop);
   useEffect(
     () =>
-      listen(window, ["dragover", "dragleave", "drop"], (event) => {
-        const { type, dataTransfer, relatedTarget } = event as DragEvent;
+      listen(window, ["dragover", "dragleave", "drop"], (event: DragEvent) => {
+        const { type, dataTransfer, relatedTarget } = event;
         if (!dataTransfer?.types.includes("Files")) return;
         // Else the browser would open the file in place of this page.
         if (type !== "dragleave") event.preventDefault();

@@ -149,9 +149,7 @@ function Details({ details }: { details: CarDetails }) {
         ))}
       </dl>
       <WhyAnswer details={details} />
-      {last && (
-        <p>{lastFrameText(last)}</p>
-      )}
+      {last && <p>{lastFrameText(last)}</p>}
     </>
   );
 }
@@ -171,12 +169,8 @@ function Counter({ title, count }: { title: string; count: number }) {
   );
 }
 
-interface FieldsProps {
-  hex: string;
-  leads: boolean;
-}
-
-function Fields({ hex, leads }: FieldsProps) {
+/** What the bits of a word say. */
+function Fields({ hex, leads }: { hex: string; leads: boolean }) {
   const profileFigures = useStudio((studio) => studio.profileFigures);
   if (!profileFigures) return null;
   const word: CompiledWord = { hex, part: leads ? "leader" : "followers", block: null };

@@ -1,4 +1,3 @@
-import { useEffect, useState } from "react";
 import { Button } from "react-aria-components";
 import type { EditorName } from "../api/types";
 import { NO_INDEX, type Picture } from "../api/world";
@@ -9,7 +8,7 @@ import { useWords } from "../state/studio";
 import { Icon } from "../ui/icons";
 import { LOSS_SIGNS } from "./carPaint";
 import { colourWords, hexColour } from "./colours";
-import { session } from "./session";
+import { useShown } from "./session";
 import css from "./mat.module.css";
 
 const MOST_COLOURS = 6;
@@ -26,8 +25,7 @@ export function Legend() {
   const words = useWords();
   const open = useSettings((settings) => settings.legend);
   const marksShow = !useSettings(isStart);
-  const [held, setHeld] = useState(() => heldWords(session.picture));
-  useEffect(() => session.listen((picture) => setHeld(heldWords(picture))), []);
+  const held = useShown(heldWords);
   const { strong } = colourWords(words);
   // A block may make several words.
   const entries = new Map<string, { part: EditorName; block: string; colours: string[] }>();

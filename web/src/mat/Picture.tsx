@@ -1,4 +1,4 @@
-import { type Ref, useEffect, useMemo, useRef, useState } from "react";
+import { type Ref, useEffect, useMemo, useRef, useSyncExternalStore } from "react";
 import type { MissionZone } from "../generated/messages";
 import { sharpContext, watchSize } from "../ui/areas";
 import { type Box, boxOfMat, boxOfPoints, cameraOn, grown } from "./camera";
@@ -46,11 +46,10 @@ const NOTHING: readonly never[] = [];
 /** A mat from above, painted as the stage is: a picture that always fits, also of a mission that a teacher wrote. */
 export function Picture({ mat, zones = NOTHING, cars, tMs = 0, way = NOTHING, size, onPoint, ref }: PictureProps) {
   const canvas = useRef<HTMLCanvasElement>(null);
-  const [look, setLook] = useState(0);
-  useEffect(() => watchTheme(() => setLook((before) => before + 1)), []);
+  const theme = useSyncExternalStore(watchTheme, () => lookOf(mat).theme);
   // The still layer stays as long as these are the same objects.
   const shownZones = useMemo(() => zones.map((zone): ShownZone => ({ zone, name: null, fits: true })), [zones]);
-  const wayMarks = useMemo(() => (way.length > 1 ? [{ ...line(way, WAY_M, lookOf(mat).theme.leader, 0.35), leastPx: 2 }] : []), [way, mat, look]);
+  const wayMarks = useMemo(() => (way.length > 1 ? [{ ...line(way, WAY_M, theme.leader, 0.35), leastPx: 2 }] : []), [way, theme]);
   useEffect(() => {
     const element = canvas.current!;
     const draw = () => {
@@ -66,7 +65,7 @@ export function Picture({ mat, zones = NOTHING, cars, tMs = 0, way = NOTHING, si
     };
     draw();
     return watchSize(element, draw);
-  }, [mat, zones, shownZones, cars, tMs, wayMarks, look]);
+  }, [mat, zones, shownZones, cars, tMs, wayMarks]);
   return (
     <span ref={ref} className="whole" style={size} aria-hidden="true" onPointerEnter={() => onPoint?.(true)} onPointerLeave={() => onPoint?.(false)}>
       <canvas ref={canvas} className="whole" />

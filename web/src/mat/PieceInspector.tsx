@@ -36,7 +36,7 @@ export function PieceInspector() {
       >
         {all.map((each) => (
           <ListBoxItem key={key(each)} id={key(each)} className="pick">
-            {t(`mat.things.${each.kind}`)} {each.place + 1}
+            {`${t(`mat.things.${each.kind}`)} ${each.place + 1}`}
           </ListBoxItem>
         ))}
       </ListBox>

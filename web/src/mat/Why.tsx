@@ -1,9 +1,8 @@
 /** What a car tells: why it does what it does, in the drawer and on the stage, and there its word, beside a car that was tapped. */
 
 import { useEffect, useRef, useState } from "react";
-import { Button } from "react-aria-components";
 import type { CompiledWord } from "../api/types";
-import { type CarDetails, Flag, NO_INDEX, type Picture } from "../api/world";
+import { type CarDetails, Flag, NO_INDEX } from "../api/world";
 import { inLanguage, useTexts } from "../i18n";
 import { useStudio, useWords } from "../state/studio";
 import { IconButton, TextButton } from "../ui/controls";
@@ -12,9 +11,8 @@ import { WordBits } from "../words/WordBits";
 import { toggleBits } from "./actions";
 import { toScreen } from "./camera";
 import { carryOut, changesBlocks, remedyOf } from "./remedies";
-import { session } from "./session";
+import { useShown } from "./session";
 import { chasedCar, choose, chosenCar, useMat } from "./store";
-import buttons from "../ui/buttons.module.css";
 import css from "./mat.module.css";
 
 /** The answer, and a button that changes it. It is about the present. */
@@ -43,15 +41,10 @@ const FOOT_PX = 76;
 /** The word that a car holds at the moment that is shown; null where it holds none, or one that is not the program's. */
 function useWordOf(car: number | null): CompiledWord | null {
   const words = useWords();
-  const [index, setIndex] = useState(NO_INDEX);
-  useEffect(() => {
-    const look = (picture: Picture | null) => {
-      const runs = picture && car !== null && picture.flags[car]! & Flag.runs;
-      setIndex(runs ? picture.index[car]! : NO_INDEX);
-    };
-    look(session.picture);
-    return session.listen(look);
-  }, [car]);
+  const index = useShown((picture) => {
+    const runs = picture && car !== null && picture.flags[car]! & Flag.runs;
+    return runs ? picture.index[car]! : NO_INDEX;
+  });
   return words[index] ?? null;
 }
 
@@ -107,9 +100,9 @@ export function CarCard() {
       {asked === "bits" && word && <WordBits word={word} profile={profile} />}
       {asked === "story" && details && <WhyAnswer details={details} />}
       {word && (
-        <Button className={buttons.link} onPress={toggleBits}>
+        <TextButton link onPress={toggleBits}>
           {t(asked === "story" ? "mat.showBits" : "mat.hideBits")}
-        </Button>
+        </TextButton>
       )}
     </section>
   );

@@ -108,7 +108,7 @@ export function paintBehind(g: CanvasRenderingContext2D, view: View, eye: Eye, s
   const chased: Point = [eye.x + BEHIND_M * Math.cos(eye.heading), eye.y + BEHIND_M * Math.sin(eye.heading)];
   const pixelsAt = (at: Point): number => (aheadOf(eye, at) > NEAR_M ? focus / aheadOf(eye, at) : 0);
 
-  const fill = (corners: [number, number][], colour: string, alpha = 1, edge = "", edgePx = 1) => {
+  const fill = (corners: [number, number][], colour: string, alpha = 1, edge = "") => {
     if (corners.length < 3) return;
     g.beginPath();
     for (const corner of corners) g.lineTo(...corner);
@@ -119,7 +119,7 @@ export function paintBehind(g: CanvasRenderingContext2D, view: View, eye: Eye, s
     g.fill();
     g.globalAlpha = before;
     g.strokeStyle = edge;
-    g.lineWidth = edgePx;
+    g.lineWidth = 1;
     if (edge) g.stroke();
   };
   const ball = ([x, y]: [number, number], radius: number, colour: string, alpha = 1) => {

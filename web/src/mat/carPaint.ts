@@ -126,15 +126,15 @@ function shape(g: CanvasRenderingContext2D, path: string, fill: string | CanvasG
 /** A leader differs from followers by its shape too: a pointed nose, and the star around its beacon. */
 export function leader(g: CanvasRenderingContext2D) {
   shape(g, "M1 0C.92.5.7.68.4.68H-.66Q-.94.66-.94.36V-.36Q-.94-.66-.66-.68H.4C.7-.68.92-.5 1 0z", bodyFill(g), 0.1);
-  star(g, -0.36, 0, 0.5);
+  star(g);
 }
 
-function star(g: CanvasRenderingContext2D, x: number, y: number, radius: number) {
+function star(g: CanvasRenderingContext2D) {
   g.beginPath();
   for (let k = 0; k < 10; k++) {
     const angle = (k * Math.PI) / 5;
-    const reach = k % 2 ? radius * 0.45 : radius;
-    g.lineTo(x + reach * Math.cos(angle), y + reach * Math.sin(angle));
+    const reach = k % 2 ? 0.225 : 0.5;
+    g.lineTo(-0.36 + reach * Math.cos(angle), reach * Math.sin(angle));
   }
   g.closePath();
   g.fillStyle = "#fff";

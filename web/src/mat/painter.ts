@@ -79,12 +79,8 @@ interface Lens {
   middleY: number;
 }
 
-interface Still {
-  canvas: HTMLCanvasElement;
-  of: readonly unknown[];
-}
-
-const stills = new WeakMap<CanvasRenderingContext2D, Still>();
+/** The still layer of each canvas, and of what it was painted. */
+const stills = new WeakMap<CanvasRenderingContext2D, { canvas: HTMLCanvasElement; of: readonly unknown[] }>();
 
 /** Paint a view on a canvas; `sharpness` is how many of its pixels a pixel of the page has. */
 export function paint(context: CanvasRenderingContext2D, view: View, camera: Camera, sharpness = 1): void {
@@ -214,16 +210,16 @@ function paintNames(lens: Lens, zones: readonly ShownZone[]): void {
     g.font = font;
     g.textAlign = "center";
     g.textBaseline = "top";
-    lines.forEach((text, k) => writeOutlined(g, text, x, y + k * lineHeight, "#ffffff", "#14213d"));
+    lines.forEach((text, k) => writeOutlined(g, text, x, y + k * lineHeight));
   }
 }
 
 /** Write so that it is legible on each floor, by day and by night. */
-function writeOutlined(g: CanvasRenderingContext2D, text: string, x: number, y: number, ink: string, around: string): void {
-  g.strokeStyle = around;
+function writeOutlined(g: CanvasRenderingContext2D, text: string, x: number, y: number): void {
+  g.strokeStyle = "#14213d";
   g.lineWidth = 4;
   g.strokeText(text, x, y);
-  g.fillStyle = ink;
+  g.fillStyle = "#ffffff";
   g.fillText(text, x, y);
 }
 
@@ -300,11 +296,11 @@ function paintCars(lens: Lens, view: View): void {
     if (car.counts) {
       g.font = `600 ${COUNTS_PX * sharpness}px ${pageFont()}`;
       g.textBaseline = "top";
-      writeOutlined(g, car.counts, x, y + half * 1.3, "#ffffff", "#14213d");
+      writeOutlined(g, car.counts, x, y + half * 1.3);
     }
     if (!car.name) continue;
     g.font = `600 ${Math.max(18, half)}px ${pageFont()}`;
     g.textBaseline = "alphabetic";
-    writeOutlined(g, car.name, x, y - half * 1.5, "#ffffff", "#14213d");
+    writeOutlined(g, car.name, x, y - half * 1.5);
   }
 }

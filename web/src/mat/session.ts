@@ -1,7 +1,9 @@
 /** The page's side of its world: sends the server what differs from what it has, and takes its answers and pictures. */
 
+import { useSyncExternalStore } from "react";
 import { type Answer, type Command, type WorldHello, type Picture, type Pose, poseIn, type WorldState } from "../api/world";
 import { type LinkState, sessionOfWindow, WorldConnection } from "../api/worldConnection";
+import type { SetWorld } from "../generated/messages";
 import type { Playing } from "../pair/store";
 import { keep } from "../state/storage";
 import { useStudio } from "../state/studio";
@@ -196,11 +198,10 @@ export class Session {
 
   /** Set a new world, which plays if the one before did, once its program is compiled. */
   private begin(): void {
-    const { mat, rangeMm, compiled, profile, car, mission } = useStudio.getState();
-    const { seed } = useMat.getState();
+    const { mat, rangeMm, compiled } = useStudio.getState();
     useMat.setState({ problem: null, goals: null });
     this.take("edit");
-    this.pass({ do: "set", image: compiled?.image ?? null, mat, profile, car, seed, range_mm: rangeMm, mission, counters: compiled?.counters });
+    this.pass({ do: "set", ...runNow() });
     this.sent = { beginning: this.beginningWith(mat), mat, rangeMm };
     keep("sessionStorage", BEGINNING_KEY, this.sent.beginning!);
     this.starts = null;
@@ -341,6 +342,16 @@ export class Session {
   }
 }
 
+/** A run, as it can be simulated again. */
+export type Run = Omit<SetWorld, "do">;
+
+/** The run of the project as it is now, from its beginning. */
+export function runNow(): Run {
+  const { compiled, mat, profile, car, rangeMm, mission } = useStudio.getState();
+  const { seed } = useMat.getState();
+  return { image: compiled?.image ?? null, mat, profile, car, seed, range_mm: rangeMm, mission, counters: compiled?.counters };
+}
+
 /** What a state of the world says about its play. */
 function eventOf({ playing, shown_ms: shown }: WorldState): PlayEvent {
   if (playing) return "plays";
@@ -349,3 +360,10 @@ function eventOf({ playing, shown_ms: shown }: WorldState): PlayEvent {
 
 /** That of this page. */
 export const session = new Session();
+
+const listen = (changed: () => void) => session.listen(changed);
+
+/** What the newest picture shows, such as a text or a number; null where there is no picture. Drawn again only where it differs. */
+export function useShown<Shown extends string | number>(show: (picture: Picture | null) => Shown): Shown {
+  return useSyncExternalStore(listen, () => show(session.picture));
+}

@@ -109,7 +109,7 @@ export function chosenCar({ chosen } = useMat.getState()): number | null {
 }
 
 /** What the chosen car has decided, or else the first that decides; null where none does. */
-export function shownDecisions(mat = useMat.getState()): Decided | null {
+export function shownDecisions(mat: MatState): Decided | null {
   return mat.decisions.find(({ car }) => car === chosenCar(mat)) ?? mat.decisions[0] ?? null;
 }
 

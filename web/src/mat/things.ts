@@ -71,9 +71,9 @@ const drum = (centre: Point, radius: number, theme: MatTheme): Mark[] => {
   return [standing(area(ring, theme.obstacle), THING_M), lifted(rim(ring, theme.wall), THING_M)];
 };
 
-const crate = (corners: readonly Point[], colour: string, rimColour: string, highM = THING_M): Mark[] => [
-  standing(area(corners, colour), highM),
-  lifted(rim(corners, rimColour), highM),
+const crate = (corners: readonly Point[], colour: string, rimColour: string): Mark[] => [
+  standing(area(corners, colour), THING_M),
+  lifted(rim(corners, rimColour), THING_M),
 ];
 
 const plain: Look = {

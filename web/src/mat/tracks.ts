@@ -7,14 +7,9 @@ const LIFTED_M = 1;
 const LINES_A_STRIP = 600;
 const MOST_STRIPS = 60;
 
-/** Paths of cars, each as x and y of its points, and how dense they are painted. */
-interface Strip {
-  paths: number[][];
-  alpha: number;
-}
-
 export class Tracks {
-  readonly strips: Strip[] = [];
+  /** Paths of cars, each as x and y of its points, and how dense they are painted. */
+  readonly strips: { paths: number[][]; alpha: number }[] = [];
   /** What is painted already stays as long as this stays. */
   version = 0;
   /** The lines that came since the last painting, each as x and y of both ends; whoever paints them empties the list. */

@@ -56,17 +56,17 @@ const MOST_STRIPES = 40;
 /** An icon's areas in a square from -1 to 1, the lowest first. */
 type Icon = readonly (readonly [colour: string, way: readonly Point[]])[];
 
-const door = (colour: string): Icon[number] => [colour, rectangle(-0.2, -0.8, 0.2, -0.2)];
+const DOOR: Icon[number] = ["#7a4a17", rectangle(-0.2, -0.8, 0.2, -0.2)];
 const windowsAt = (places: readonly Point[]): Icon => places.map(([x, y]) => ["#dff1fb", rectangle(x - 0.14, y - 0.14, x + 0.14, y + 0.14)]);
 
 const ICONS: Partial<Record<Kind, Icon>> = {
-  home: [["#fff4de", rectangle(-0.7, -0.8, 0.7, 0.15)], ["#c4473a", [[-1, 0.1], [1, 0.1], [0, 0.95]]], door("#7a4a17"), ...windowsAt([[-0.45, -0.2], [0.45, -0.2]])],
+  home: [["#fff4de", rectangle(-0.7, -0.8, 0.7, 0.15)], ["#c4473a", [[-1, 0.1], [1, 0.1], [0, 0.95]]], DOOR, ...windowsAt([[-0.45, -0.2], [0.45, -0.2]])],
   school: [
     ["#f2d9a8", rectangle(-1, -0.8, 1, 0.05)],
     ["#b5543c", [[-1.05, 0.05], [1.05, 0.05], [0.7, 0.4], [-0.7, 0.4]]],
     ["#6b4a2b", rectangle(-0.04, 0.4, 0.04, 1)],
     ["#d1242f", [[0.04, 0.7], [0.5, 0.85], [0.04, 1]]],
-    door("#7a4a17"),
+    DOOR,
     ...windowsAt([[-0.7, -0.3], [-0.4, -0.3], [0.4, -0.3], [0.7, -0.3]]),
   ],
   garage: [
@@ -83,12 +83,7 @@ const ICONS: Partial<Record<Kind, Icon>> = {
   stop: [["#6b7280", rectangle(-0.06, -0.9, 0.06, 0.3)], ["#1f5fbf", ringOf([0, 0.5], 0.42, 24)], ["#ffffff", rectangle(-0.24, 0.35, 0.24, 0.62)], ["#ffffff", ringOf([-0.14, 0.32], 0.07, 10)], ["#ffffff", ringOf([0.14, 0.32], 0.07, 10)]],
 };
 
-interface Ground {
-  colour: string;
-  alpha: number;
-}
-
-const GROUNDS: Partial<Record<Kind, Ground>> = {
+const GROUNDS: Partial<Record<Kind, { colour: string; alpha: number }>> = {
   pond: { colour: "#3f9bdc", alpha: 0.85 },
   field: { colour: "#7cc36a", alpha: 0.8 },
   crossing: { colour: "#5f6570", alpha: 0.35 },

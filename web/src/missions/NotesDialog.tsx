@@ -7,7 +7,7 @@ import { Choice } from "../ui/fields";
 import { Picture } from "../mat/Picture";
 import { useAnswer } from "../projects/useAnswer";
 import { closeDialog, openNotes, useDialogs } from "../state/dialogs";
-import { usePrintedSheet } from "../ui/panes";
+import { usePageState } from "../ui/panes";
 import { Sheet, TextButton } from "../ui/controls";
 import { playMission } from "./store";
 import controls from "../ui/controls.module.css";
@@ -72,7 +72,7 @@ export function NotesDialog() {
   const [missions] = useAnswer("missions", []);
   const id = wanted ?? missions[0]?.id;
   const [notes] = useAnswer("missions/notes", null, id ? { id } : null);
-  usePrintedSheet();
+  usePageState("print", "sheet");
   return (
     <Sheet title={notes ? t("missions.notes.of", { name: inLanguage(notes.name) }) : t("missions.notes.title")} wide>
       {id && missions.length > 0 && (

@@ -3,7 +3,7 @@
 import { RefusedError, request } from "../api/service";
 import { type EditorName, EDITORS, type MissionChoice, type Project } from "../api/types";
 import { askClass } from "../classroom/ask";
-import { emptyState, fill, lockEditors, read, workspaceOf } from "../blocks/workspaces";
+import { EMPTY_FOLLOWERS, fill, lockEditors, read, workspaceOf } from "../blocks/workspaces";
 import type { Conducted, PairProject, PairView } from "../generated/classroom";
 import { say } from "../i18n";
 import { playMission } from "../missions/store";
@@ -263,7 +263,7 @@ function showOwn(): void {
   const [editor] = own as [EditorName];
   const { followers, mission } = useStudio.getState();
   if (editor === "leader" || followers) useStudio.setState({ editor });
-  else if (!mission) useStudio.setState({ editor, followers: emptyState("followers") });
+  else if (!mission) useStudio.setState({ editor, followers: EMPTY_FOLLOWERS });
 }
 
 const tell = (playing: Playing) => askClass("pair/conduct", playing).catch(() => undefined);

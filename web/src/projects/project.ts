@@ -2,6 +2,7 @@
 
 import { RefusedError, request } from "../api/service";
 import type { MeasuredCar, OpenedProject, Project, WorkspaceState } from "../api/types";
+import { EMPTY_FOLLOWERS } from "../blocks/workspaces";
 import type { SavedVersion } from "../generated/messages";
 import { inLanguage, say } from "../i18n";
 import { session } from "../mat/session";
@@ -16,15 +17,7 @@ import { collectEdits } from "../words/compiling";
 export const BLANK: OpenedProject = { name: "", leader: {}, followers: null, profile: "classroom", mat: EMPTY_MAT, range_mm: null };
 
 /** What the tour begins with: followers that have no blocks yet, and pass on what they hear. */
-export const TOURED: OpenedProject = {
-  ...BLANK,
-  followers: {
-    blocks: {
-      languageVersion: 0,
-      blocks: [{ type: "motorcade_followers", id: "motorcade_followers", x: 24, y: 24, fields: { ACCEPT_IR: true, FORWARD: true, TAGGED: "auto", DWELL: "auto" } }],
-    },
-  },
-};
+export const TOURED: OpenedProject = { ...BLANK, followers: EMPTY_FOLLOWERS };
 
 const SAVED_PARTS = ["name", "leader", "followers", "python", "profile", "mat", "rangeMm", "car"] as const;
 type SavedParts = Pick<Studio, (typeof SAVED_PARTS)[number]>;

@@ -1,17 +1,12 @@
 /** A whole project in the fragment of a link: nothing of it ever reaches a server. */
 
-import { base64Of } from "../ui/files";
+import { base64Of, bytesOf } from "../ui/files";
 
 const MARK = "#project=";
 /** The most bytes that a link may unpack to: anyone can send one, and a few bytes can unpack to gigabytes. */
 export const MOST_BYTES = 500_000;
 /** The most characters of a link: a longer one is refused before anything of it is read. */
 const MOST_CHARACTERS = 200_000;
-
-function fromBase64Url(text: string): Uint8Array<ArrayBuffer> {
-  const binary = atob(text.replaceAll("-", "+").replaceAll("_", "/"));
-  return Uint8Array.from(binary, (character) => character.charCodeAt(0));
-}
 
 /** The fragment that holds a project file and its name. */
 export async function fragmentOf(name: string, text: string): Promise<string> {
@@ -24,7 +19,7 @@ export async function fragmentOf(name: string, text: string): Promise<string> {
 export async function projectIn(fragment: string): Promise<{ name: string; text: string } | null> {
   if (!fragment.startsWith(MARK)) return null;
   if (fragment.length > MOST_CHARACTERS) throw new RangeError(`more than ${MOST_CHARACTERS} characters`);
-  const packed = new Blob([fromBase64Url(fragment.slice(MARK.length))]).stream();
+  const packed = new Blob([bytesOf(fragment.slice(MARK.length).replaceAll("-", "+").replaceAll("_", "/"))]).stream();
   let size = 0;
   const limit = new TransformStream<Uint8Array, Uint8Array>({
     transform(part, out) {

@@ -10,7 +10,7 @@ import { attempt } from "./actions";
 export function useAnswer<Name extends keyof Requests, First>(
   name: Name,
   first: First,
-  message: Requests[Name]["message"] | null = {} as Requests[Name]["message"],
+  message: Requests[Name]["message"] | null = {},
 ): [Requests[Name]["answer"] | First, () => Promise<void>] {
   const [answer, setAnswer] = useState<Requests[Name]["answer"] | First>(first);
   const text = JSON.stringify(message);

@@ -11,24 +11,20 @@ import { openProject } from "../projects/project";
 import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import areas from "../ui/areas.module.css";
+import buttons from "../ui/buttons.module.css";
 import { classes } from "../ui/classes";
 import { Sheet, TextButton } from "../ui/controls";
 import { Icon } from "../ui/icons";
 import { attemptInClass, openHandedMission, usePupil } from "./store";
-import buttons from "../ui/buttons.module.css";
 import css from "./pupil.module.css";
 
 function Hand({ raised }: { raised: boolean }) {
   const t = useTexts();
   return (
-    <Button
-      className={classes(buttons.button, buttons.small)}
-      aria-pressed={raised}
-      onPress={() => void attemptInClass(() => askClass("hand", { raised: !raised }))}
-    >
+    <TextButton small aria-pressed={raised} onPress={() => void attemptInClass(() => askClass("hand", { raised: !raised }))}>
       <Icon name="hand" />
       {t(raised ? "pupil.lowerHand" : "pupil.raiseHand")}
-    </Button>
+    </TextButton>
   );
 }
 

@@ -1,11 +1,10 @@
 import { lazy, Suspense, useEffect } from "react";
-import { Button } from "react-aria-components";
 import { FixButtons } from "../blocks/fixes";
 import { inLanguage, useTexts } from "../i18n";
 import { ErrorBoundary } from "../ui/panes";
 import { classes } from "../ui/classes";
+import { TextButton } from "../ui/controls";
 import { followBlocks, updateText, usePython } from "./text";
-import buttons from "../ui/buttons.module.css";
 import css from "./python.module.css";
 
 const CodeEditor = lazy(() => import("./CodeEditor"));
@@ -28,9 +27,7 @@ function Mistakes() {
       {mistaken && (
         <p className={css.kept}>
           {t("python.blocksCount")}{" "}
-          <Button className={buttons.link} onPress={() => void updateText(true)}>
-            {t("python.writeAnew")}
-          </Button>
+          <TextButton link onPress={() => void updateText(true)}>{t("python.writeAnew")}</TextButton>
         </p>
       )}
     </div>

@@ -57,7 +57,7 @@ export class FirstWorld implements Stream {
     private readonly session: string,
     private readonly listeners: StreamListeners,
     private readonly open: Open,
-    private readonly onDrawn: () => void = () => undefined,
+    private readonly onDrawn: () => void,
   ) {
     this.python = this.openPython();
     queueMicrotask(() => {

@@ -2,6 +2,7 @@
 
 import type { Answer, Command } from "../api/world";
 import type { Requests } from "../generated/messages";
+import { bytesOf } from "../ui/files";
 import { unpack } from "./archive";
 
 /** opening.json, as `scripts/opening_recording.py` writes it. */
@@ -42,12 +43,8 @@ export class Opening {
   recording(set: Document["set"], session: string): Recording | null {
     if (!same(set, this.document.set)) return null;
     const { hello, messages } = this.document;
-    return { hello: { ...hello, session }, messages: messages.map((each) => (typeof each === "string" ? bytesOf(each) : each)) };
+    return { hello: { ...hello, session }, messages: messages.map((each) => (typeof each === "string" ? bytesOf(each).buffer : each)) };
   }
-}
-
-function bytesOf(base64: string): ArrayBuffer {
-  return Uint8Array.from(atob(base64), (character) => character.charCodeAt(0)).buffer;
 }
 
 /** What Blockly adds to blocks, which changes no program. */

@@ -43,21 +43,36 @@ interface Settings {
 
 const KEY = "motorcade.settings";
 
-export const useSettings = create<Settings>(() => ({
-  theme: "light",
-  toured: false,
-  port: null,
-  caption: true,
-  legend: false,
-  sound: true,
-  userName: null,
-  ownCar: null,
-  uploaded: false,
-  level: "start",
-  levelBefore: null,
-  drawer: { tab: "swarm", open: false },
-  shares: { blocks: 0.43, editors: 0.5, drawer: 0.38 },
-}));
+type Check = (value: unknown) => boolean;
+const isOneOf = (...allowed: readonly unknown[]): Check => (value) => allowed.includes(value);
+const isSwitch = isOneOf(true, false);
+const isTextOrNull: Check = (value) => value === null || typeof value === "string";
+const isObject = (value: unknown): value is Record<string, unknown> => typeof value === "object" && value !== null;
+const isObjectOrNull: Check = (value) => value === null || isObject(value);
+const isDrawer: Check = (value) => isObject(value) && isOneOf(...DRAWER_TABS)(value.tab) && isSwitch(value.open);
+const isShare = (value: unknown) => typeof value === "number" && value > 0 && value < 1;
+const areShares: Check = (value) => isObject(value) && Object.values(value).every(isShare);
+
+/** What each setting begins with, and whether what was stored of it can be used. */
+const SETTINGS: { readonly [Name in keyof Settings]: readonly [first: Settings[Name], isGood: Check] } = {
+  theme: ["light", isOneOf(...THEMES)],
+  toured: [false, isSwitch],
+  port: [null, isTextOrNull],
+  caption: [true, isSwitch],
+  legend: [false, isSwitch],
+  sound: [true, isSwitch],
+  userName: [null, isTextOrNull],
+  ownCar: [null, isObjectOrNull],
+  uploaded: [false, isSwitch],
+  level: ["start", isOneOf(...LEVELS)],
+  levelBefore: [null, isOneOf(...LEVELS, null)],
+  drawer: [{ tab: "swarm", open: false }, isDrawer],
+  shares: [{ blocks: 0.43, editors: 0.5, drawer: 0.38 }, areShares],
+};
+
+const firstSettings = () => Object.fromEntries(Object.entries(SETTINGS).map(([name, [first]]) => [name, first])) as unknown as Settings;
+
+export const useSettings = create<Settings>(firstSettings);
 
 /** Whether the page shows few kinds of blocks, and words in place of figures: its user has just begun. */
 export const isStart = ({ level } = useSettings.getState()): boolean => level === "start";
@@ -72,29 +87,6 @@ function preferredTheme(): ThemeName {
   return matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
 }
 
-type Check = (value: unknown) => boolean;
-const isOneOf = (...allowed: readonly unknown[]): Check => (value) => allowed.includes(value);
-const isSwitch = isOneOf(true, false);
-const isTextOrNull: Check = (value) => value === null || typeof value === "string";
-const isObject = (value: unknown): value is Record<string, unknown> => typeof value === "object" && value !== null;
-const isShare = (value: unknown) => typeof value === "number" && value > 0 && value < 1;
-
-const CHECKS: Record<keyof Settings, Check> = {
-  theme: isOneOf(...THEMES),
-  level: isOneOf(...LEVELS),
-  levelBefore: isOneOf(...LEVELS, null),
-  drawer: (value) => isObject(value) && isOneOf(...DRAWER_TABS)(value.tab) && isSwitch(value.open),
-  toured: isSwitch,
-  port: isTextOrNull,
-  caption: isSwitch,
-  legend: isSwitch,
-  sound: isSwitch,
-  userName: isTextOrNull,
-  ownCar: (value) => value === null || isObject(value),
-  uploaded: isSwitch,
-  shares: (value) => isObject(value) && Object.values(value).every(isShare),
-};
-
 /** What was stored and can be used: another version of the page, or damage, may have left anything. */
 function stored(): Partial<Settings> {
   let found: unknown;
@@ -103,7 +95,7 @@ function stored(): Partial<Settings> {
   } catch {
     return {};
   }
-  const good = Object.entries(isObject(found) ? found : {}).filter(([key, value]) => (CHECKS as Partial<Record<string, Check>>)[key]?.(value));
+  const good = Object.entries(isObject(found) ? found : {}).filter(([name, value]) => Object.hasOwn(SETTINGS, name) && SETTINGS[name as keyof Settings][1](value));
   return Object.fromEntries(good);
 }
 

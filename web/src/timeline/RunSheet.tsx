@@ -8,7 +8,7 @@ import { Stars } from "../missions/Stars";
 import { useMission } from "../missions/store";
 import { useSettings } from "../state/settings";
 import { useStudio, useWords } from "../state/studio";
-import { usePrintedSheet } from "../ui/panes";
+import { usePageState } from "../ui/panes";
 import { classes } from "../ui/classes";
 import { Sheet, TextButton } from "../ui/controls";
 import { storyOf } from "../words/story";
@@ -24,7 +24,7 @@ export function RunSheet() {
   const name = useStudio((studio) => studio.name);
   const profile = useStudio((studio) => studio.profileFigures);
   const words = useWords();
-  usePrintedSheet();
+  usePageState("print", "sheet");
   return (
     <Sheet title={mission ? inLanguage(mission.name) : name} wide>
       <TextField className={classes("wrap", "unprinted")} value={by} onChange={setBy} maxLength={60}>

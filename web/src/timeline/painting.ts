@@ -37,7 +37,7 @@ export function paint(g: CanvasRenderingContext2D, width: number, height: number
   g.clip();
   view.cars.forEach((car, row) => {
     const top = AXIS_PX + row * LANE_PX - view.offsetPx;
-    if (car === view.chosen) tint(g, look.accent, 0, top, width, LANE_PX);
+    if (car === view.chosen) tint(g, look.accent, top, width, LANE_PX);
     const lane = packLane(store.of(car), view.window, view.nowMs, Math.max(1, Math.floor(width)));
     paintSpans(g, lane, top, x, view.colourOf);
     paintMarks(g, lane.marks, top, look);
@@ -50,17 +50,17 @@ export function paint(g: CanvasRenderingContext2D, width: number, height: number
   paintMoment(g, x(view.shownMs), height, look);
 }
 
-function tint(g: CanvasRenderingContext2D, colour: string, x: number, y: number, width: number, height: number) {
+function tint(g: CanvasRenderingContext2D, colour: string, y: number, width: number, height: number) {
   g.globalAlpha = 0.12;
   g.fillStyle = colour;
-  g.fillRect(x, y, width, height);
+  g.fillRect(0, y, width, height);
   g.globalAlpha = 1;
 }
 
 /** Lanes are empty there, though something may have happened. */
 function paintForgotten(g: CanvasRenderingContext2D, end: number, height: number, text: string, look: Look) {
   if (end <= 0) return;
-  tint(g, look.text, 0, AXIS_PX, end, height - AXIS_PX);
+  tint(g, look.text, AXIS_PX, end, height - AXIS_PX);
   g.fillStyle = look.quiet;
   g.fillText(text, 8, AXIS_PX + LANE_PX / 2, Math.max(0, end - 16));
 }

@@ -25,8 +25,8 @@ export function sharpContext(canvas: HTMLCanvasElement, width: number, height: n
 /** A function that calls all of these: each ends something. */
 export const endAll = (...ends: (() => void)[]) => () => ends.forEach((end) => end());
 
-/** Call back at events of these kinds; returns a function that ends this. */
-export function listen<Kind extends Event>(target: EventTarget, kinds: readonly string[], act: (event: Kind) => void, capture = false): () => void {
+/** Call back at events of these kinds, each of which is what `act` takes; returns a function that ends this. */
+export function listen(target: EventTarget, kinds: readonly string[], act: (event: never) => void, capture = false): () => void {
   const listening = new AbortController();
   for (const kind of kinds) target.addEventListener(kind, act as EventListener, { capture, signal: listening.signal });
   return () => listening.abort();

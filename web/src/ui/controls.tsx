@@ -41,7 +41,7 @@ export function Hinted({ hint, children }: { hint: string; children: ReactNode }
   useEffect(() => {
     if (!isOpen) return;
     // While a hint is open React Aria keeps Escape for it; so it goes first, and the key still closes the dialog around it.
-    return listen<KeyboardEvent>(window, ["keydown"], ({ key }) => key === "Escape" && flushSync(() => setOpen(false)), true);
+    return listen(window, ["keydown"], ({ key }: KeyboardEvent) => key === "Escape" && flushSync(() => setOpen(false)), true);
   }, [isOpen]);
   return (
     <TooltipTrigger delay={500} isOpen={isOpen} onOpenChange={setOpen}>
@@ -57,11 +57,14 @@ interface TextButtonProps extends ButtonProps {
   primary?: boolean;
   /** Without a border. */
   quiet?: boolean;
+  /** Like a link in a text. */
+  link?: boolean;
 }
 
 /** A button with words. */
-export function TextButton({ small = false, primary = false, quiet = false, ...props }: TextButtonProps) {
-  return <Button {...props} className={classes(buttons.button, small && buttons.small, primary && buttons.primary, quiet && buttons.quietButton)} />;
+export function TextButton({ small = false, primary = false, quiet = false, link = false, ...props }: TextButtonProps) {
+  const names = classes(buttons.button, small && buttons.small, primary && buttons.primary, quiet && buttons.quietButton);
+  return <Button {...props} className={link ? buttons.link : names} />;
 }
 
 export function IconButton({ icon, label, ...props }: IconButtonProps) {

@@ -25,6 +25,8 @@ export function base64Of(bytes: Uint8Array): string {
   return btoa(text);
 }
 
+export const bytesOf = (base64: string): Uint8Array<ArrayBuffer> => Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
+
 /** The files that the user chooses, of any kind where `accept` is empty: several, or one, or all files of a folder. */
 export function chooseFiles(accept: string, wishes: { multiple?: boolean; webkitdirectory?: boolean }): Promise<File[]> {
   return new Promise((resolve) => {

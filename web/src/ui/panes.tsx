@@ -98,16 +98,16 @@ export function useScroll(scroller: RefObject<HTMLElement | null>): { top: numbe
 /** Whether the page is being printed: all words are then shown in any case. */
 export function usePrinting(): boolean {
   const [printing, setPrinting] = useState(false);
-  useEffect(() => listen(window, ["beforeprint", "afterprint"], ({ type }) => flushSync(() => setPrinting(type === "beforeprint"))), []);
+  useEffect(() => listen(window, ["beforeprint", "afterprint"], ({ type }: Event) => flushSync(() => setPrinting(type === "beforeprint"))), []);
   return printing;
 }
 
-/** While the component is shown, its sheet is printed in place of the page. */
-export function usePrintedSheet(): void {
+/** While the component is shown, the style sheets know what the page shows, or what of it is printed. */
+export function usePageState(name: "print" | "tour", value: string): void {
   useEffect(() => {
-    document.documentElement.dataset.print = "sheet";
+    document.documentElement.dataset[name] = value;
     return () => {
-      delete document.documentElement.dataset.print;
+      delete document.documentElement.dataset[name];
     };
-  }, []);
+  }, [name, value]);
 }

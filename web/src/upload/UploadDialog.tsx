@@ -1,5 +1,5 @@
 import { type ReactNode, useCallback, useEffect, useState } from "react";
-import { Button, Label, ProgressBar, RadioButton, RadioField, RadioGroup } from "react-aria-components";
+import { Label, ProgressBar, RadioButton, RadioField, RadioGroup } from "react-aria-components";
 import { request } from "../api/service";
 import type { Port } from "../api/types";
 import { CarList } from "../cars/CarList";
@@ -14,7 +14,6 @@ import { usePupil } from "../pupil/store";
 import { CutOffError, hasWebSerial, PortBusyError, requestPort, transfer, transferBySerial } from "./transfer";
 import type { Order, Outcome, Progress } from "./transfer";
 import { Icon } from "../ui/icons";
-import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
 import { classes } from "../ui/classes";
 import css from "../app/dialogs.module.css";
@@ -144,9 +143,7 @@ export function OneCar({ image, brief = false }: { image: string | null; brief?:
       <PortChoice ports={ports} chosen={port ?? ""} onChoose={setWished} />
       {!hasSerial && !hasWebSerial() && <p className="quiet">{t(isSecureContext ? "upload.noSerial" : "upload.noSerialByHttp")}</p>}
       {hasSerial && (
-        <Button className={buttons.link} onPress={() => void look()}>
-          {t("upload.look")}
-        </Button>
+        <TextButton link onPress={() => void look()}>{t("upload.look")}</TextButton>
       )}
       {!brief && (
         <Check checked={verify} onChange={setVerify}>

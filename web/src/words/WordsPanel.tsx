@@ -1,13 +1,13 @@
 import type { CSSProperties } from "react";
-import { Button, Label, Meter } from "react-aria-components";
+import { Label, Meter } from "react-aria-components";
 import type { Costliest, EditorName } from "../api/types";
 import { findText, showBlock } from "../blocks/workspaces";
 import { useTexts } from "../i18n";
 import { useStudio } from "../state/studio";
 import { WordTable } from "./WordTable";
 import { classes } from "../ui/classes";
+import { TextButton } from "../ui/controls";
 import areas from "../ui/areas.module.css";
-import buttons from "../ui/buttons.module.css";
 import css from "./words.module.css";
 
 /** From this share of the limit on, the block that needs most words is named. */
@@ -31,9 +31,9 @@ function Gauge({ editor, used, most, costliest }: { editor: EditorName; used: nu
         )}
       </Meter>
       {near && block && (
-        <Button className={buttons.link} onPress={() => showBlock(editor, block)}>
+        <TextButton link onPress={() => showBlock(editor, block)}>
           {t("words.costliest", { block: findText(editor, block), count: costliest.count })}
-        </Button>
+        </TextButton>
       )}
     </div>
   );
