@@ -221,6 +221,16 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
         ("stopped-cars-drive", "return not self.stopped and not self.frozen and", "return not self.frozen and"),
         ("teacher-for-ever", "device != device]", "device == device]"),
         ("nine-devices", "pupil.devices[-_MOST_DEVICES + 1 :]", "pupil.devices"),
+        (
+            "a-full-disk-signs-nobody-out",
+            "            self.part(sign_out)\n",
+            "            sign_out(self.record)\n            self.save()\n",
+        ),
+        ("a-number-is-given-again", "        stored.joined = self.record.joined\n", ""),
+    ),
+    ("lesson", "classroom/record.py"): (
+        ("one-wrong-letter-deletes-all", "ClassRecord(Struct, forbid_unknown_fields=True)", "ClassRecord(Struct)"),
+        ("one-wrong-digit-deletes-all-of-one", "all(is_known(record, owner) for owner in owners)", "owners"),
     ),
     ("lesson", "classroom/pairs.py"): (
         (
@@ -234,6 +244,7 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
         ("no-rate", "            self.rates.count(visitor, self.settings.clock())", "            pass"),
         ("any-page-any-world", "        return visitor == owner\n", "        return True\n"),
         ("cable-of-another", "                self.room.check_cable(visitor)", "                pass"),
+        ("all-wait-for-one", "setdefault((visitor, request == CHECK)", 'setdefault(("", request == CHECK)'),
     ),
     ("lesson", "server/request_filter.py"): (
         ("other-sites-let-in", "if any(origin not in own for origin in origins) or (", "if ("),
@@ -246,6 +257,17 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
     ("lesson", "classroom/handlers.py"): (
         ("end-without-password", "        await self._check_password(client, password, now_s)\n        ", "        "),
         ("gifts-without-end", "        self._gifts.count(who, now_s)\n", ""),
+        ("a-key-works-twice", "            self._running.first_key = None\n", "            pass\n"),
+        (
+            "nobodys-pair-stays",
+            "            self._room.part(lambda record: mend(record, number))\n",
+            "            pass\n",
+        ),
+        (
+            "a-stop-waits-for-cars",
+            "        self._room.stop_cars(True)\n        self._running.show_changes()\n        try:\n",
+            "        try:\n            await self._stop.stop()\n            self._room.stop_cars(True)\n",
+        ),
     ),
     ("lesson", "classroom/names.py"): (
         (

@@ -4,7 +4,6 @@ import os
 import secrets
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
-from functools import partial
 from typing import Annotated, NamedTuple
 
 import msgspec
@@ -159,10 +158,9 @@ class Handlers:
     @request("class/give", stores=True)
     async def give(self, who: str, to: Id, name: Text40, now_s: float) -> str:
         """Put a copy of an own project into a classmate's library; return its name there."""
-        giver = self._room.pupil(who)
-        taker = self._room.pupil(to)
+        self._room.pupil(to)
         self._gifts.count(who, now_s)
-        data = await to_thread.run_sync(self._folder.read, giver.id, name)
+        data = await to_thread.run_sync(self._folder.read, who, name)
         giver = self._room.pupil(who)
         taker = self._room.pupil(to)
         copied = await to_thread.run_sync(self._folder.copy, data, taker.id, name, giver.name)
@@ -225,7 +223,7 @@ class Handlers:
     async def _stored(self, name: str, project: Project, mission: MissionChoice | None) -> AsyncIterator[Pair]:
         """Store what a pair opens; yield the pair, in which nobody is yet. Without anybody behind the block it ends."""
         pair = self._pairs.add(name)
-        end = partial(mend, only=pair.id)
+        number = pair.id
         try:
             # Files are stored for those alone whom the class's file knows.
             await self._running.settle()
@@ -239,7 +237,7 @@ class Handlers:
                 )
             yield pair
         finally:
-            self._room.part(end)
+            self._room.part(lambda record: mend(record, number))
 
     @request("class/pair/read")
     async def read_window(self, who: str, window: Window) -> messages.PairProject:
