@@ -10,7 +10,7 @@ import pytest
 from cryptography.hazmat.primitives import serialization
 
 from motorcade.drive.certificates import CarKeys, make_keys
-from motorcade.drive.keys import client_context, https_context, peer_name, server_context
+from motorcade.drive.keys import client_context, https_context, name_in, peer_name, server_context
 
 NOW = datetime.now(UTC)
 
@@ -58,6 +58,11 @@ def test_a_car_whose_name_is_chinese_is_known_by_it(tmp_path):
         assert peer_name(driver_end) == "小车"
     with pytest.raises(ssl.SSLCertVerificationError, match="match"):
         shake(client, server, "大车")
+
+
+def test_a_car_is_called_as_its_keys_say(folder):
+    assert name_in(folder / "car-ada.pem") == "ada"
+    assert name_in(None) == ""
 
 
 def test_a_driver_can_not_pose_as_a_car(folder):

@@ -152,6 +152,10 @@ class Disk:
     def open(self, path: "DiskPath") -> int:
         return self.handle(self.find(path))
 
+    def size(self, handle: int) -> int:
+        """The bytes of a file that is open."""
+        return len(self._handles[handle].data)
+
     def handle(self, node: Node) -> int:
         handle = _FIRST_HANDLE + len(self._handles)
         self._handles[handle] = node
@@ -309,8 +313,9 @@ class DiskPath(PurePosixPath):
             raise _error(ENOTEMPTY, self)
         self.disk.change((self.disk.find(self.parent), self.name, None))
 
-    def replace(self, target: "DiskPath") -> "DiskPath":
+    def replace(self, to: "DiskPath | str") -> "DiskPath":
         self.disk.begin("replace")
+        target: DiskPath = self.disk.path(to)
         node = self.disk.find(self)
         self.disk.change(
             (self.disk.find(self.parent), self.name, None), (self.disk.find(target.parent), target.name, node)

@@ -344,9 +344,15 @@ class KeyedCar:
         """The list is damaged while the car runs: what it had stays valid, and the car says so."""
         if not self.disk.path("/keys/revoked.txt").exists() or not self.is_whole:
             return
-        assert self.control
+        stays = next((name for name in _DRIVERS if name not in self.revoked), None)
+        connection = None
+        if stays and await self.reached(stays, 8.0):
+            connection = self.drivers[stays]._connection
         self._damage()
         await asyncio.sleep(_REVOKED_S)
+        if stays and connection:
+            is_same = self.drivers[stays]._connection is connection
+            self.world.keep("revoked-are-out", is_same, f"a damaged list hangs {stays} up, whose keys count")
         for name in sorted(self.revoked)[:2]:
             told = await self._try(name)
             self.world.keep("fails-closed", not told, f"{name} is let in by a damaged list")

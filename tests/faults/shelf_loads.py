@@ -25,8 +25,11 @@ async def load(run: "Shelf") -> None:
     """Who is named gets the program, whatever becomes of the others; each verdict says what its car holds."""
     good, other, bad, off = run.car(), run.car(), run.car(), run.car()
     driven = run.drive_car()
+    # It is connected, and answers nothing.
+    mute = run.car()
+    mute.is_mute = True
     silent = network_place("10.9.9.8", PORT, "silent")
-    places = [*map(listed, (good, other, bad, off)), listed(driven), silent]
+    places = [*map(listed, (good, other, bad, off, mute)), listed(driven), silent]
     async with run.fleet(places) as fleet:
         await asyncio.sleep(0.5)
         off.end()
@@ -43,7 +46,7 @@ async def load(run: "Shelf") -> None:
 
         await asyncio.sleep(6.0)
         begin_s = run.world.now_s
-        names = [good.where, bad.where, off.where, driven.where, silent.address]
+        names = [good.where, bad.where, off.where, mute.where, driven.where, silent.address]
         # Who is named twice is loaded once.
         loading = asyncio.create_task(fleet.load(image, [*names, good.where], advance))
         await asyncio.sleep(_LOAD_S)
@@ -54,10 +57,12 @@ async def load(run: "Shelf") -> None:
         run.keep("verified", sorted(verdicts) == sorted(names), f"{list(verdicts)}")
         told = {where: (verdicts[where].holds, verdicts[where].error is None) for where in names}
         wanted = {good.where: (NEW, True), off.where: (AWAY, False), silent.address: (AWAY, False)}
+        wanted |= {mute.where: (AWAY, False)}
         wanted |= {driven.where: (OLD, False)}
         shown = {where: told[where] for where in wanted}
         run.keep("verified", shown == wanted, f"{shown} in place of {wanted}")
         run.keep("verified", other.held == other.first and other.got == 0, "a car that nobody named gets something")
+        run.keep("nobody-waits", mute.got == 0, "a car that answers nothing gets an upload")
         steps = sent[good.where]
         is_whole = steps == sorted(steps) and steps[-1:] == [len(image)]
         run.keep("shows-what-is", is_whole, f"of {len(image)} bytes these are said to be sent: {steps}")

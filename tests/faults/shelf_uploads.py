@@ -32,6 +32,8 @@ _REASONS = (
 _UNHELD = ("car-busy", "runs-something-else")
 # So long a board sends when it starts.
 _STARTS_S = 1.0
+# So long an upload may take to a quiet, healthy car.
+_QUICK_S = 1.4
 # So long an upload may take that fails in all its tries.
 _MOST_S = 40.0
 
@@ -49,9 +51,11 @@ async def upload(run: "Shelf") -> None:
         await _upload(run, car)
         car.checks.clear()
         car.images.clear()
-        image = drawn_image(run.random)
+        image, begin_s = drawn_image(run.random), run.world.now_s
         await run.in_thread(lambda image=image: serial_port.upload("port", image, BAUD))
         run.keep("goes-on", car.held == image, "a healthy car isn't loaded")
+        is_quick = run.world.now_s - begin_s < _QUICK_S or car.knows_no_checks or car.chatter_s > 0
+        run.keep("upload-ends", is_quick, f"a healthy car is loaded in {run.world.now_s - begin_s:.1f} s")
         is_calm = car.chatter_s != _STARTS_S or not car.was_disturbed
         run.keep("upload-ends", is_calm, "an upload begins while a board is starting")
         car.end()

@@ -6,7 +6,7 @@ programs that fail.
 
 from types import SimpleNamespace
 
-from tests.faults import track_clients, track_drivers, track_limits, track_places
+from tests.faults import track_clients, track_drivers, track_limits, track_log, track_places
 from tests.faults.loop import SimulatedLoop
 from tests.faults.system import THREADS, replaced
 from tests.faults.track_car import Track
@@ -17,7 +17,7 @@ from motorcade.drive import server as drive_server
 from motorcade.drive import session as drive_session
 
 _MOST_ACTS = 5
-ACTS = (*track_drivers.ACTS, *track_places.ACTS, *track_limits.ACTS, *track_clients.ACTS)
+ACTS = (*track_drivers.ACTS, *track_places.ACTS, *track_limits.ACTS, *track_clients.ACTS, *track_log.ACTS)
 
 
 def run_track(room: World) -> None:
