@@ -6,14 +6,11 @@ import sys
 
 import pytest
 
-from motorcade import Program, compile_program, forward, led
 from motorcade.fleet.places import list_text
 from motorcade.upload import serial_port
 from support.command_line import data, refusal, run, started
 from support.rooms import FIRST_CRC32, SECOND, SECOND_CRC32, simulated_cars
 from support.terminal_process import WHERE_QUERY, terminal
-
-LARGEST = compile_program(Program([forward(1), led(1, 1)] * 120)).image
 
 
 @pytest.fixture(autouse=True)

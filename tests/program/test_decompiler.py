@@ -33,8 +33,6 @@ from support.strategies import BRISK, CLASSROOM, programs
 from support.strategies import words as control_words
 
 PROFILES = st.sampled_from([CLASSROOM, BRISK])
-BIT = st.integers(0, 1)
-LEVEL = st.integers(0, 3)
 
 
 @st.composite
@@ -42,7 +40,7 @@ def images(draw: st.DrawFn) -> tuple[int, ...]:
     leader = draw(st.lists(control_words(leads=True), max_size=5))
     few = draw(st.lists(control_words(), min_size=1, max_size=3))
     followers = draw(st.lists(st.sampled_from(few) | control_words(), max_size=8))
-    tagged = draw(BIT) if followers else 0
+    tagged = draw(st.integers(0, 1)) if followers else 0
     return image_words(Image(leader, followers, draw(st.integers(0, 7)) if followers else -1, tagged))
 
 

@@ -31,7 +31,6 @@ from motorcade.locales import languages
 from motorcade.program.steps import DriveStep
 from support.strategies import CLASSROOM, JSON, damaged_documents, programs
 
-DOCS = Path(__file__).parents[2] / "docs"
 EXAMPLE = """
 {"format": "motorcade-program/1",
  "profile": "classroom",
@@ -196,7 +195,7 @@ def test_any_bytes_are_a_program_or_have_their_faults_named(data: bytes | str) -
         read_program(data)
 
 
-NAN, INFINITE = float("nan"), float("inf")
+NAN = float("nan")
 
 
 @pytest.mark.parametrize(
