@@ -31,12 +31,11 @@ interface ToolButtonProps extends Omit<ButtonProps, "children" | "className"> {
   label: string;
   /** Words beside the picture: the label itself, or shorter ones. */
   wide?: boolean | string;
-  tone?: "main" | "plain";
 }
 
-export function ToolButton({ icon, label, wide = false, tone = "plain", ...props }: ToolButtonProps) {
+export function ToolButton({ icon, label, wide = false, ...props }: ToolButtonProps) {
   const button = (
-    <Button {...props} className={classes(buttons.button, buttons.tool, tone === "main" && buttons.primary)} aria-label={wide === true ? undefined : label}>
+    <Button {...props} className={classes(buttons.button, buttons.tool)} aria-label={wide === true ? undefined : label}>
       <Icon name={icon} />
       {wide !== false && <span>{wide === true ? label : wide}</span>}
     </Button>
