@@ -32,34 +32,31 @@ export function CertaintyPanel() {
     const other = seed === run.seed ? (usual !== undefined && usual !== seed ? usual : seed + 1) : seed;
     compare({ ...run, seed: other }, t("compare.luck", { seed: other }));
   };
+  const close = () => {
+    trials.endComparison();
+    setNames(null);
+  };
   return (
     <div className={css.panel}>
       <LuckPart onCompare={withSeed} />
       <div className={css.column}>
-      <section className={css.part} aria-label={t("compare.title")}>
-        <h3>{t("compare.title")}</h3>
-        <p className="quiet">{t("compare.how")}</p>
-        <TextButton
-          small
-          isDisabled={!image}
-          onPress={() => withSeed((runNow().seed ?? 0) + 1)}
-        >
-          {t("compare.withLuck")}
-        </TextButton>
-        <TextButton
-          small
-          isDisabled={!image || !before || before.image === image}
-          onPress={() => before && compare(before, t("compare.before"))}
-        >
-          {t("compare.withBefore")}
-        </TextButton>
-      </section>
-      <StopList />
+        <section className={css.part} aria-label={t("compare.title")}>
+          <h3>{t("compare.title")}</h3>
+          <p className="quiet">{t("compare.how")}</p>
+          <TextButton small isDisabled={!image} onPress={() => withSeed((runNow().seed ?? 0) + 1)}>
+            {t("compare.withLuck")}
+          </TextButton>
+          <TextButton
+            small
+            isDisabled={!image || !before || before.image === image}
+            onPress={() => before && compare(before, t("compare.before"))}
+          >
+            {t("compare.withBefore")}
+          </TextButton>
+        </section>
+        <StopList />
       </div>
-      {names && <Comparison names={names} onClose={() => {
-        trials.endComparison();
-        setNames(null);
-      }} />}
+      {names && <Comparison names={names} onClose={close} />}
     </div>
   );
 }

@@ -3,7 +3,7 @@
 import { afterAll, beforeEach, describe, expect, it, vi } from "vitest";
 import texts from "virtual:texts/studio";
 import { connectTo, type StreamListeners } from "../api/service";
-import type { Difference, MissionZone, TrialMessage } from "../generated/messages";
+import type { Difference, MeasuredCar, MissionZone, TrialMessage } from "../generated/messages";
 import { startTexts } from "../i18n";
 import { session } from "../mat/session";
 import { useMat } from "../mat/store";
@@ -120,6 +120,15 @@ describe("trials", () => {
     expect(closed).toBe(1);
     // What ran before the edit can be compared with.
     expect(useTrials.getState().before?.image).toBe("AAAA");
+    end();
+  });
+
+  it("keep the run before a change with the car that was measured", () => {
+    const car = { speeds_mm_s: [0, 90, 150, 210], turn_rates_deg_s: [0, 40, 70, 100] } as MeasuredCar;
+    useStudio.setState({ car });
+    const { end } = begin();
+    useStudio.setState({ compiled: compiled("BBBB"), car: null });
+    expect(useTrials.getState().before?.car).toBe(car);
     end();
   });
 
