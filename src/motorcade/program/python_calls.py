@@ -11,7 +11,6 @@ from typing import Any
 from motorcade.config.check import shown
 from motorcade.errors import Phrase
 from motorcade.program import conditions, steps
-from motorcade.program import python_syntax as fixes
 from motorcade.program.blocks import MOST_DEEP
 from motorcade.program.diagnostics import (
     TEXT,
@@ -89,6 +88,7 @@ class CallReader:
     Attributes:
         source: the text.
         imports: the names imported from motorcade, each with the name that it has in the text.
+        counters: the counters of the car, by the names that they have in the text.
         spans: the places of steps and values, by their path.
     """
 
@@ -99,14 +99,13 @@ class CallReader:
         self._errors: list[Diagnostic] = []
         self._used: dict[str, Any] = {}
         self._reckoner = Reckoner()
-        # The counters of the car, by the names that they have in the text.
-        self._counters: set[str] = set()
+        self.counters: set[str] = set()
         # The calls whose arguments stand at each path of the document.
         self._calls: dict[str, ast.Call] = {}
 
     def _row(self, value: ast.expr, path: str, node: Node) -> list[Any]:
         if not isinstance(value, ast.List | ast.Tuple):
-            listed = fixes.as_list(self.source, value, STEP_NAMES)
+            listed = self.source.as_list(value, STEP_NAMES)
             self._refuse_value("python-no-list", value, listed)
             return []
         self.spans[path] = self.source.span(value)
@@ -117,7 +116,7 @@ class CallReader:
 
     def _step(self, value: ast.expr, path: str, around: Node, depth: int) -> dict[str, Any]:
         if not isinstance(value, ast.Call):
-            called = fixes.as_step(self.source, value, _SIMPLE)
+            called = self.source.as_step(value, _SIMPLE)
             self._refuse_value("python-not-a-step", value, called)
             return {}
         name = self._name_of(value)
@@ -157,7 +156,7 @@ class CallReader:
             return {kind.kind: self._steps(inside, f"{path}.{kind.kind}", node, depth + 1), **common}
         if kind is RepeatStep:
             if "times" not in content:
-                more = fixes.with_argument(self.source, value, "times", 2)
+                more = self.source.with_argument(value, "times", 2)
                 self._refuse("missing-field", value, more, name="times")
             content["steps"] = self._steps(inside, f"{path}.{kind.kind}.steps", node, depth + 1)
         return {kind.kind: content, **common}
@@ -184,7 +183,7 @@ class CallReader:
             elif takes_steps and inside is not None:
                 inside.append(value)
             else:
-                deleted = fixes.without_argument(self.source, call, value)
+                deleted = self.source.without_argument(call, value)
                 function = ast.unparse(call.func)
                 self._refuse("python-too-many-values", value, deleted, name=function, names=", ".join(names))
         allowed = [*names, *named]
@@ -195,10 +194,10 @@ class CallReader:
                 start = self.source.span(keyword)
                 span = Span(start.line, start.column, start.line, start.column + len(keyword.arg))
                 function = ast.unparse(call.func)
-                deleted = fixes.without_argument(self.source, call, keyword)
+                deleted = self.source.without_argument(call, keyword)
                 self._refuse_name("python-no-such-value", span, keyword.arg, allowed, deleted, function=function)
             elif keyword.arg in seen:
-                deleted = fixes.without_argument(self.source, call, keyword)
+                deleted = self.source.without_argument(call, keyword)
                 self._refuse("python-given-twice", keyword, deleted, name=keyword.arg)
             else:
                 seen.add(keyword.arg)
@@ -212,7 +211,7 @@ class CallReader:
         try:
             return self._reckoner.value(node)
         except UnknownValueError as problem:
-            if isinstance(problem.node, ast.Name) and problem.node.id in self._counters:
+            if isinstance(problem.node, ast.Name) and problem.node.id in self.counters:
                 self._refuse("python-counted", problem.node, name=problem.node.id)
             else:
                 self._refuse(code, node)
@@ -231,7 +230,7 @@ class CallReader:
                 return _joined(isinstance(sign, ast.BitOr), [self._condition(left), self._condition(right)])
             case ast.UnaryOp(op=ast.Not() | ast.Invert(), operand=operand):
                 return negated(self._condition(operand))
-            case ast.Name(id=name) if name in self._counters:
+            case ast.Name(id=name) if name in self.counters:
                 return {"not": {"counter": name, "is": 0}}
             case ast.Compare(left=left, ops=ops, comparators=others):
                 parts = [left, *others]
@@ -245,9 +244,9 @@ class CallReader:
     def _comparison(self, node: ast.expr, left: ast.expr, op: ast.cmpop, right: ast.expr) -> Any:
         """Return the document of a counter that is compared with a number, on either side."""
         signs = _COMPARISONS
-        if isinstance(right, ast.Name) and right.id in self._counters:
+        if isinstance(right, ast.Name) and right.id in self.counters:
             left, right, signs = right, left, _TURNED
-        if not isinstance(left, ast.Name) or left.id not in self._counters or type(op) not in signs:
+        if not isinstance(left, ast.Name) or left.id not in self.counters or type(op) not in signs:
             self._refuse("python-no-condition", node)
             return {"person": {}}
         comparison, holds = signs[type(op)]
@@ -304,7 +303,7 @@ class CallReader:
         if found:
             hint = Phrase("python-did-you-mean", name=found[0])
             edits = [Fix(TEXT, found[0])]
-        self._add(error(code, "", name=_short(name), hint=hint, **details).at(span).with_fixes(*edits))
+        self._add(error(code, "", name=str(shown(name))[1:-1], hint=hint, **details).at(span).with_fixes(*edits))
 
     def _add(self, problem: Diagnostic) -> None:
         # A line of a loop is read once a turn.
@@ -354,7 +353,3 @@ def parameters_of(what: Callable[..., Any]) -> tuple[list[str], dict[str, Any], 
         if parameter.default is not parameter.empty:
             defaults[parameter.name] = parameter.default
     return names, defaults, takes_steps
-
-
-def _short(text: str) -> Any:
-    return str(shown(text))[1:-1]

@@ -6,6 +6,7 @@ function come first in it. If anything else of the text is in the way of the new
 anew, below the comments.
 """
 
+import ast
 from collections.abc import Iterator, Sequence
 
 from motorcade.program.diagnostics import ProgramError
@@ -140,7 +141,7 @@ class _Updater:
         lines = [head]
         definition = self._old.definitions[name]
         docstring = definition.body[0]
-        if self._old.has_docstring(definition):
+        if ast.get_docstring(definition, clean=False) is not None:
             first, last = self._old.source.extent(docstring)
             lines += indented([self._old.source.text[first:last]], 1)
         if not self._old.is_plain[name]:

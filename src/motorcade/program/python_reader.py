@@ -12,7 +12,6 @@ import ast
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-from motorcade.program import python_syntax as fixes
 from motorcade.program.diagnostics import (
     TEXT,
     Diagnostic,
@@ -32,6 +31,7 @@ from motorcade.program.python_calls import (
     TooManyErrorsError,
 )
 from motorcade.program.python_statements import LEADER, StatementReader
+from motorcade.program.python_syntax import as_text
 from motorcade.program.python_values import OverBudgetError
 from motorcade.program.schema import FORMAT
 
@@ -114,12 +114,12 @@ class PythonProgram(StatementReader):
             if diagnostic.code == "missing-field":
                 at = f"{path}.{fix.field}"
             if at in self.spans:
-                found.append(Fix(TEXT, fixes.as_text(fix.value), self.spans[at]))
+                found.append(Fix(TEXT, as_text(fix.value), self.spans[at]))
             elif path in self._calls:
-                found += fixes.with_argument(self.source, self._calls[path], fix.field, fix.value)
+                found += self.source.with_argument(self._calls[path], fix.field, fix.value)
         if diagnostic.code == "missing-field" and not diagnostic.fixes and path in self._calls:
             # The only values without a first one are lists of steps.
-            found = fixes.with_argument(self.source, self._calls[path], diagnostic.details["name"], [])
+            found = self.source.with_argument(self._calls[path], diagnostic.details["name"], [])
         return diagnostic.at(self._span_of(path)).with_fixes(*found)
 
     def _warnings(self) -> Iterator[Diagnostic]:
@@ -127,7 +127,7 @@ class PythonProgram(StatementReader):
         missing = [name for name in self._used if name not in self.imports]
         if not missing:
             return
-        more = fixes.with_imports(self.source, self.imported_at, sorted(missing))
+        more = self.source.with_imports(self.imported_at, sorted(missing))
         for name in missing:
             span = self.source.span(self._used[name])
             yield warning("python-not-imported", "", name=name).at(span).with_fixes(*more)
@@ -157,7 +157,7 @@ class PythonProgram(StatementReader):
                     self.value_extents[PROFILE] = self.source.extent(value)
                     document[PROFILE] = self._value(value)
                 case ast.Assign(targets=[ast.Name(id="program")]):
-                    self._refuse("python-second-program", statement, fixes.without_lines(self.source, statement))
+                    self._refuse("python-second-program", statement, self.source.without_lines(statement))
                 case ast.Assign(targets=[ast.Name(id=name)]):
                     assigned.append((name, statement))
                     bodies.append(statement)
@@ -168,7 +168,7 @@ class PythonProgram(StatementReader):
                     code = "python-statement-outside"
                     if isinstance(statement, ast.Import | ast.ImportFrom):
                         code = "python-import"
-                    self._refuse(code, statement, fixes.right_statement(self.source, statement, VARIABLE))
+                    self._refuse(code, statement, self.source.right_statement(statement, VARIABLE))
         self._find_counters(bodies)
         root = Node("", 0, len(self.source.text))
         self._read_values(assigned)
@@ -181,7 +181,7 @@ class PythonProgram(StatementReader):
             match statement:
                 case ast.Assign(targets=[ast.Name(id="program")], value=ast.Call() as call):
                     if found:
-                        deleted = fixes.without_lines(self.source, statement)
+                        deleted = self.source.without_lines(statement)
                         self._refuse("python-second-program", statement, deleted)
                     found = call
                 case ast.Expr(value=ast.Call(func=func)) if found and self._uses_the_program(func):
@@ -189,7 +189,7 @@ class PythonProgram(StatementReader):
                 case _:
                     codes = [code for kinds, code in _STATEMENTS if isinstance(statement, kinds)]
                     code = (codes or ["python-statement"])[0]
-                    edits = fixes.right_statement(self.source, statement, VARIABLE)
+                    edits = self.source.right_statement(statement, VARIABLE)
                     self._refuse(code, statement, edits, name=VARIABLE)
         if not found and not self._errors:
             self._add(error("python-no-program", "").at(Span(1, 1, 1, 2)))
@@ -242,7 +242,7 @@ class PythonProgram(StatementReader):
         if not isinstance(value, ast.Call):
             return {"steps": self._row(value, "followers.steps", node)}
         if self._name_of(value) != Followers.__name__:
-            self._refuse("python-no-list", value, fixes.as_list(self.source, value, STEP_NAMES))
+            self._refuse("python-no-list", value, self.source.as_list(value, STEP_NAMES))
             return None
         document = self._values(value, Followers, node)
         # None stands for the choice of the compiler, for which a document has no value.

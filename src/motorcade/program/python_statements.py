@@ -10,11 +10,10 @@ steps stand where they are called.
 import ast
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 from motorcade.errors import Phrase
 from motorcade.program import flow_steps
-from motorcade.program import python_syntax as fixes
 from motorcade.program.blocks import MOST_DEEP
 from motorcade.program.diagnostics import TEXT, Fix
 from motorcade.program.flow_steps import DoStep, IfStep
@@ -27,10 +26,37 @@ from motorcade.program.python_calls import (
     negated,
 )
 from motorcade.program.python_values import STEP_COST, UnknownValueError
+from motorcade.program.schema import SETTINGS
 from motorcade.program.steps import RepeatStep
 
 LEADER, FOLLOWERS = "leader", "followers"
 _WORDS: dict[type[ast.stmt], str] = {ast.Break: "break", ast.Continue: "continue", ast.Return: "return"}
+
+
+class Row(NamedTuple):
+    """Where the steps of some statements go.
+
+    Attributes:
+        path: the place of the row in the program's document.
+        steps: its steps so far.
+        around: the part of the text whose parts they are.
+        depth: how many statements are around them.
+    """
+
+    path: str
+    steps: list[Any]
+    around: Node
+    depth: int = 0
+
+    @property
+    def here(self) -> str:
+        """The place of the next step."""
+        return f"{self.path}[{len(self.steps)}]"
+
+    def inside(self, name: str) -> "Row":
+        """Begin the row with that name inside of its last step."""
+        node = self.around.parts[-1]
+        return Row(f"{node.path}.{name}", [], node, self.depth + 1)
 
 
 class StatementReader(CallReader):
@@ -56,7 +82,7 @@ class StatementReader(CallReader):
         name = statement.name
         arguments = statement.args
         if name in self.definitions:
-            self._refuse("python-defined-twice", statement, fixes.without_lines(self.source, statement), name=name)
+            self._refuse("python-defined-twice", statement, self.source.without_lines(statement), name=name)
         unusual = (arguments.posonlyargs, arguments.vararg, arguments.kwonlyargs, arguments.kwarg)
         is_plain = not any(unusual) and not statement.decorator_list
         if not is_plain or (name == LEADER and arguments.args):
@@ -66,20 +92,11 @@ class StatementReader(CallReader):
                 self._refuse("python-name-is-bound", statement, name=argument.arg)
         self.definitions[name] = statement
 
-    @property
-    def counters(self) -> set[str]:
-        """The counters of the car."""
-        return self._counters
-
     def definition_extent(self, definition: ast.FunctionDef) -> tuple[int, int]:
         """Return the extent of a function, up to the end of its last line."""
         start, end = self.source.extent(definition)
         behind = self.source.text.find("\n", end)
         return start, behind if behind >= 0 else len(self.source.text)
-
-    def has_docstring(self, definition: ast.FunctionDef) -> bool:
-        """Whether a function begins with a text about itself."""
-        return ast.get_docstring(definition, clean=False) is not None
 
     def _find_counters(self, statements: Iterable[ast.stmt]) -> None:
         """Find the names that the car counts: those that have more than one value."""
@@ -88,12 +105,12 @@ class StatementReader(CallReader):
             for node in ast.walk(statement):
                 match node:
                     case ast.AugAssign(target=ast.Name(id=name)):
-                        self._counters.add(name)
+                        self.counters.add(name)
                     case ast.Assign(targets=[ast.Name(id=name)], value=value):
                         times[name] += 1
                         if isinstance(value, ast.Call):
-                            self._counters.add(name)
-        self._counters |= {name for name, count in times.items() if count > 1}
+                            self.counters.add(name)
+        self.counters |= {name for name, count in times.items() if count > 1}
 
     def _defined(self, root: Node) -> dict[str, Any]:
         """Return the document of all functions; their parts are added to ``root``."""
@@ -125,9 +142,8 @@ class StatementReader(CallReader):
     def _followers_of(self, definition: ast.FunctionDef, root: Node) -> dict[str, Any]:
         settings: dict[str, Any] = {}
         names = [argument.arg for argument in definition.args.args]
-        allowed = ["accept_ir", "forward", "tagged", "dwell_seconds"]
         values = definition.args.defaults
-        if len(values) < len(names) or not set(names) <= set(allowed):
+        if len(values) < len(names) or not set(names) <= set(SETTINGS):
             self._refuse("python-parameters", definition, name=FOLLOWERS)
         for name, value in zip(names, values, strict=False):
             self.spans[f"{FOLLOWERS}.{name}"] = self.source.span(value)
@@ -144,72 +160,76 @@ class StatementReader(CallReader):
         node.start, node.end = self.definition_extent(definition)
         root.parts.append(node)
         self.spans[path] = self.source.first_line_of(definition)
-        steps: list[Any] = []
-        self._statements(definition.body, path, steps, node, 0)
-        return steps
+        row = Row(path, [], node)
+        self._statements(definition.body, row)
+        return row.steps
 
-    def _statements(self, body: Iterable[ast.stmt], path: str, steps: list[Any], around: Node, depth: int) -> None:
-        """Append the steps of statements to ``steps``, which stand at ``path``."""
+    def _statements(self, body: Iterable[ast.stmt], row: Row) -> None:
+        """Append the steps of statements to a row."""
         for statement in body:
             self._reckoner.spend(1)
-            if depth > MOST_DEEP:
+            if row.depth > MOST_DEEP:
                 self._refuse("blocks-too-deep", statement, most=MOST_DEEP)
                 return
-            self._statement(statement, path, steps, around, depth)
+            self._statement(statement, row)
 
-    def _statement(self, statement: ast.stmt, path: str, steps: list[Any], around: Node, depth: int) -> None:
-        here = f"{path}[{len(steps)}]"
+    def _statement(self, statement: ast.stmt, row: Row) -> None:
         match statement:
             case ast.Expr(value=ast.Constant(value=str())) | ast.Pass() | ast.Global():
                 pass
             case ast.Expr(value=ast.Call(func=ast.Name(id=name)) as call) if name in self.definitions:
-                self._own_call(call, path, steps, around, depth)
+                self._own_call(call, row)
             case ast.Expr(value=value):
-                steps.append(self._called(value, here, around, depth))
+                row.steps.append(self._called(value, row))
             case ast.If():
-                self._if(statement, path, steps, around, depth)
+                self._if(statement, row)
             case ast.While(test=test, body=body, orelse=[]):
                 until = negated(self._condition(test))
                 if until is True:
                     return
                 content = {} if until is False else {"until": until}
-                self._compound(statement, here, {RepeatStep.kind: content}, steps, around)
-                inside: list[Any] = []
-                content["steps"] = inside
-                self._statements(body, f"{here}.repeat.steps", inside, around.parts[-1], depth + 1)
-            case ast.For(target=ast.Name(), orelse=[]):
-                self._for(statement, path, steps, around, depth)
+                self._repeat(statement, content, body, row)
+            case ast.For(target=ast.Name(id=name), orelse=[]):
+                self._for(statement, name, row)
             case ast.Assign(targets=[ast.Name(id=name)], value=value):
-                self._assign(statement, name, value, here, steps, around)
+                self._assign(statement, name, value, row)
             case ast.AugAssign(target=ast.Name(id=name), op=ast.Add() | ast.Sub(), value=value):
                 by = self._count_of(value)
                 if isinstance(statement.op, ast.Sub):
                     by = -by
                 content = {"counter": name, "by": by}
-                self._compound(statement, here, {"change": content}, steps, around, value, "by")
+                self._compound(statement, {"change": content}, row, value, "by")
             case _:
                 self._refuse_statement(statement)
 
     def _compound(
-        self,
-        statement: ast.stmt,
-        path: str,
-        document: dict[str, Any],
-        steps: list[Any],
-        around: Node,
-        value: ast.expr | None = None,
-        field: str = "",
+        self, statement: ast.stmt, document: dict[str, Any], row: Row, value: ast.expr | None = None, field: str = ""
     ) -> None:
         """Append a step that a statement is, and take note of where it stands; ``value`` is that of its ``field``."""
         is_counted_repeat = "times" in document.get(RepeatStep.kind, {})
         if not self._leads and not is_counted_repeat:
             self._refuse("followers-cannot-decide", statement)
         self._reckoner.spend(STEP_COST)
+        path = row.here
         self.spans[path] = self.source.first_line_of(statement)
-        around.parts.append(Node(path, *self.source.extent(statement)))
+        row.around.parts.append(Node(path, *self.source.extent(statement)))
         if value is not None:
             self.spans[f"{path}.{next(iter(document))}.{field}"] = self.source.span(value)
-        steps.append(document)
+        row.steps.append(document)
+
+    def _repeat(
+        self,
+        statement: ast.stmt,
+        content: dict[str, Any],
+        body: Iterable[ast.stmt],
+        row: Row,
+        times: ast.expr | None = None,
+    ) -> None:
+        """Append a repeat, and read the statements inside it."""
+        self._compound(statement, {RepeatStep.kind: content}, row, times, "times")
+        inside = row.inside("repeat.steps")
+        content["steps"] = inside.steps
+        self._statements(body, inside)
 
     def _refuse_statement(self, statement: ast.stmt) -> None:
         word = _WORDS.get(type(statement))
@@ -220,21 +240,21 @@ class StatementReader(CallReader):
         else:
             self._refuse("python-inner-statement", statement)
 
-    def _called(self, value: ast.expr, path: str, around: Node, depth: int) -> dict[str, Any]:
+    def _called(self, value: ast.expr, row: Row) -> dict[str, Any]:
         """Return the step of a call that stands as a statement."""
         self._reckoner.spend(STEP_COST)
         if isinstance(value, ast.Call) and isinstance(value.func, ast.Name):
             name = self._known_name(value.func.id)
             if name in (TELL, FLOW):
-                return self._flow_call(name, value, path, around)
-        return self._step(value, path, around, depth)
+                return self._flow_call(name, value, row)
+        return self._step(value, row.here, row.around, row.depth)
 
-    def _flow_call(self, name: str, call: ast.Call, path: str, around: Node) -> dict[str, Any]:
+    def _flow_call(self, name: str, call: ast.Call, row: Row) -> dict[str, Any]:
         if not self._leads:
             self._refuse("followers-cannot-decide", call)
         self._name_of(call)
-        node = self._node(path, call)
-        around.parts.append(node)
+        path = row.here
+        row.around.parts.append(self._node(path, call))
         self._calls[f"{path}.{name}"] = call
         if name == TELL:
             if len(call.args) != 1 or call.keywords:
@@ -251,20 +271,18 @@ class StatementReader(CallReader):
             content[key] = self._value(argument)
         return {FLOW: content}
 
-    def _own_call(self, call: ast.Call, path: str, steps: list[Any], around: Node, depth: int) -> None:
+    def _own_call(self, call: ast.Call, row: Row) -> None:
         """Read a call of a function of the text: a step, or the function's own steps where it has parameters."""
         name = call.func.id if isinstance(call.func, ast.Name) else ""
         definition = self.definitions[name]
         if name in (LEADER, FOLLOWERS) or name in self._open[1:] or (name in self._open and definition.args.args):
             self._refuse("recursion", call, name=name)
             return
-        here = f"{path}[{len(steps)}]"
         if self._leads and not definition.args.args:
             if call.args or call.keywords:
                 self._refuse("python-arguments", call, name=name, names=Phrase("nothing"))
-            self.spans[here] = self.source.span(call)
-            around.parts.append(Node(here, *self.source.extent(call)))
-            steps.append({DoStep.kind: name})
+            row.around.parts.append(self._node(row.here, call))
+            row.steps.append({DoStep.kind: name})
             return
         self.is_plain[self._function] = False
         known = dict(self._reckoner.names)
@@ -273,7 +291,7 @@ class StatementReader(CallReader):
             return
         self._reckoner.names = known | values
         self._open.append(name)
-        self._statements(definition.body, path, steps, Node("", 0, 0), depth + 1)
+        self._statements(definition.body, row._replace(around=Node("", 0, 0), depth=row.depth + 1))
         self._open.pop()
         self._reckoner.names = known
 
@@ -290,39 +308,30 @@ class StatementReader(CallReader):
             return None
         return {name: self._value(value) for name, value in values.items()}
 
-    def _if(self, statement: ast.If, path: str, steps: list[Any], around: Node, depth: int) -> None:
+    def _if(self, statement: ast.If, row: Row) -> None:
         condition = self._condition(statement.test)
         if isinstance(condition, bool):
             self.is_plain[self._function] = False
-            body = statement.body if condition else statement.orelse
-            self._statements(body, path, steps, around, depth)
+            self._statements(statement.body if condition else statement.orelse, row)
             return
-        here = f"{path}[{len(steps)}]"
-        then: list[Any] = []
-        other: list[Any] = []
-        self._compound(statement, here, {IfStep.kind: {"when": condition, "then": then, "else": other}}, steps, around)
-        node = around.parts[-1]
-        self._statements(statement.body, f"{here}.if.then", then, node, depth + 1)
-        self._statements(statement.orelse, f"{here}.if.else", other, node, depth + 1)
+        content = {"when": condition}
+        self._compound(statement, {IfStep.kind: content}, row)
+        for name, body in (("then", statement.body), ("else", statement.orelse)):
+            inside = row.inside(f"if.{name}")
+            content[name] = inside.steps
+            self._statements(body, inside)
 
-    def _for(self, statement: ast.For, path: str, steps: list[Any], around: Node, depth: int) -> None:
-        """Read a loop: a repeat, or its turns one by one where its variable is used."""
-        name = statement.target.id if isinstance(statement.target, ast.Name) else ""
+    def _for(self, statement: ast.For, name: str, row: Row) -> None:
+        """Read a loop: a repeat, or its turns one by one where its variable, ``name``, is used."""
         is_used = name in _names_in(statement.body, ast.Load)
-        if name in self._counters or (is_used and name in _names_in(statement.body, ast.Store)):
+        if name in self.counters or (is_used and name in _names_in(statement.body, ast.Store)):
             self._refuse("python-name-is-bound", statement, name=name)
             return
         match statement.iter:
             case ast.Call(func=ast.Name(id="range"), args=[most], keywords=[]) if not is_used:
                 times = self._value(most)
-                if times == 0:
-                    return
-                here = f"{path}[{len(steps)}]"
-                content: dict[str, Any] = {"times": times}
-                self._compound(statement, here, {RepeatStep.kind: content}, steps, around, most, "times")
-                turn: list[Any] = []
-                content["steps"] = turn
-                self._statements(statement.body, f"{here}.repeat.steps", turn, around.parts[-1], depth + 1)
+                if times != 0:
+                    self._repeat(statement, {"times": times}, statement.body, row, most)
                 return
         try:
             values = self._reckoner.values(statement.iter)
@@ -333,13 +342,11 @@ class StatementReader(CallReader):
         known = dict(self._reckoner.names)
         for value in values:
             self._reckoner.names[name] = value
-            self._statements(statement.body, path, steps, Node("", 0, 0), depth)
+            self._statements(statement.body, row._replace(around=Node("", 0, 0)))
         self._reckoner.names = known
 
-    def _assign(
-        self, statement: ast.stmt, name: str, value: ast.expr, path: str, steps: list[Any], around: Node
-    ) -> None:
-        if name not in self._counters:
+    def _assign(self, statement: ast.stmt, name: str, value: ast.expr, row: Row) -> None:
+        if name not in self.counters:
             self._reckoner.names[name] = self._value(value)
             self.is_plain[self._function] = False
             return
@@ -354,10 +361,10 @@ class StatementReader(CallReader):
             case ast.BinOp(left=ast.Name(id=same), op=ast.Add() | ast.Sub() as op, right=by) if same == name:
                 number = self._count_of(by)
                 content["by"] = -number if isinstance(op, ast.Sub) else number
-                self._compound(statement, path, {"change": content}, steps, around, by, "by")
+                self._compound(statement, {"change": content}, row, by, "by")
                 return
         content[field] = self._count_of(given)
-        self._compound(statement, path, {"set": content}, steps, around, given, field)
+        self._compound(statement, {"set": content}, row, given, field)
 
     def _count_of(self, value: ast.expr) -> Any:
         """Return a number for a counter."""
@@ -367,7 +374,7 @@ class StatementReader(CallReader):
     def _read_values(self, assignments: Iterable[tuple[str, ast.Assign]]) -> None:
         """Work out the values that names have for the whole text; counters begin at 0."""
         for name, statement in assignments:
-            if name not in self._counters:
+            if name not in self.counters:
                 self._reckoner.names[name] = self._value(statement.value)
             elif self._value(statement.value) != 0:
                 edit = Fix(TEXT, "0", self.source.span(statement.value))

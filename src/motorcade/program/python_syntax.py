@@ -70,7 +70,7 @@ class Comment(NamedTuple):
 
 
 class PythonSource:
-    """A text, its syntax tree, and the places of its nodes."""
+    """A text, its syntax tree, the places of its nodes, and edits that would correct it."""
 
     def __init__(self, data: bytes | str) -> None:
         """Parse a text. Raises ProgramError where it is no Python, or too long."""
@@ -88,7 +88,7 @@ class PythonSource:
         # For lines with other characters than ASCII: the byte at which each character begins.
         self._columns: dict[int, array[int]] = {}
         self._starts = list(accumulate((len(line) + 1 for line in self._lines), initial=0))
-        self.tree = _parse(self)
+        self.tree = self._parsed()
 
     def span(self, node: Any) -> Span:
         """The place of a node in the text."""
@@ -148,33 +148,135 @@ class PythonSource:
         line = min(bisect_right(self._starts, offset), len(self._lines))
         return line, offset - self._starts[line - 1] + 1
 
+    def _parsed(self) -> ast.Module:
+        """Return the text's tree. Raises ProgramError, with the edit that would help where there is one."""
+        text = self.text
+        if "\0" in text:
+            before = text[: text.index("\0")]
+            raise _not_python(Phrase("python-null-byte"), before.count("\n") + 1, len(before) - before.rfind("\n"))
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                return _checked(ast.parse(text))
+        except SyntaxError as problem:
+            reason = _reason_of(problem.msg or "")
+            line = max(1, problem.lineno or 1)
+            column = max(1, problem.offset or 1)
+            if isinstance(problem, IndentationError) and line <= text.count("\n") + 1:
+                # Python's versions name different columns.
+                code = text.split("\n")[line - 1]
+                column = len(code) - len(code.lstrip()) + 1
+            blamed = _FOREIGN_SIGN.match(text, self.start_of(line) + column - 1)
+            if blamed and reason.key == "python-bad-number":
+                reason = Phrase("python-bad-character", sign=blamed[2])
+                column = column + len(blamed[1])
+            sign = reason.details.get("opened") or reason.details.get("sign", "")
+            start = self.start_of(line) + column - 1
+            raise _not_python(reason, line, column, self._syntax_fixes(reason.key, start, sign)) from None
+        except (RecursionError, MemoryError):
+            raise _not_python(Phrase("too-deep"), 1, 1) from None
 
-def _parse(source: PythonSource) -> ast.Module:
-    text = source.text
-    if "\0" in text:
-        before = text[: text.index("\0")]
-        raise _not_python(Phrase("python-null-byte"), before.count("\n") + 1, len(before) - before.rfind("\n"))
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            return _checked(ast.parse(text))
-    except SyntaxError as problem:
-        reason = _reason_of(problem.msg or "")
-        line = max(1, problem.lineno or 1)
-        column = max(1, problem.offset or 1)
-        if isinstance(problem, IndentationError) and line <= text.count("\n") + 1:
-            # Python's versions name different columns.
-            code = text.split("\n")[line - 1]
-            column = len(code) - len(code.lstrip()) + 1
-        blamed = _FOREIGN_SIGN.match(text, source.start_of(line) + column - 1)
-        if blamed and reason.key == "python-bad-number":
-            reason = Phrase("python-bad-character", sign=blamed[2])
-            column = column + len(blamed[1])
-        sign = reason.details.get("opened") or reason.details.get("sign", "")
-        start = source.start_of(line) + column - 1
-        raise _not_python(reason, line, column, _syntax_fixes(source, reason.key, start, sign)) from None
-    except (RecursionError, MemoryError):
-        raise _not_python(Phrase("too-deep"), 1, 1) from None
+    def _syntax_fixes(self, reason: str, start: int, sign: str) -> Iterator[Fix]:
+        """Yield the edit that makes Python of a text, which Python's parser refuses at the character ``start``.
+
+        Args:
+            reason: the key of the phrase that says why.
+            sign: the character that it is about.
+        """
+        text = self.text
+        if len(text) > _MOST_TRIED:
+            return
+        for at, end, new in _candidates(text, reason, start, sign):
+            # One of several such characters is corrected, although the others are wrong still.
+            if reason == "python-bad-character" or _is_python(text[:at] + new + text[end:]):
+                yield Fix(TEXT, new, self.span_between(at, end))
+                return
+
+    def replacement(self, start: int, end: int, text: str) -> list[Fix]:
+        """Return the edit that puts ``text`` in the place of these characters; none where the result is no Python."""
+        if len(self.text) > _MOST_TRIED or not _is_python(self.text[:start] + text + self.text[end:]):
+            return []
+        return [Fix(TEXT, text, self.span_between(start, end))]
+
+    def without_argument(self, call: ast.Call, argument: Any) -> list[Fix]:
+        """Return the edit that deletes an argument of a call, with its comma."""
+        extents = sorted(map(self.extent, [*call.args, *call.keywords]))
+        place = extents.index(self.extent(argument))
+        start, end = extents[place]
+        if place:
+            start = extents[place - 1][1]
+        elif len(extents) > 1:
+            end = extents[1][0]
+        if "#" in self.text[start:end]:
+            return []
+        return self.replacement(start, end, "")
+
+    def with_argument(self, call: ast.Call, name: str, value: Any) -> list[Fix]:
+        """Return the edit that adds a named argument to a call, behind its others."""
+        text = f"{name}={as_text(value)}"
+        arguments = [*call.args, *call.keywords]
+        if not arguments:
+            at = self.extent(call)[1] - 1
+            return self.replacement(at, at, text)
+        at = max(self.extent(argument)[1] for argument in arguments)
+        return self.replacement(at, at, f", {text}")
+
+    def without_lines(self, statement: ast.stmt) -> list[Fix]:
+        """Return the edit that deletes the lines of a statement."""
+        start, end = self.extent(statement)
+        start = self.start_of(self.line_at(start))
+        return self.replacement(start, min(end + 1, len(self.text)), "")
+
+    def with_imports(self, statement: ast.ImportFrom | None, names: Iterable[str]) -> list[Fix]:
+        """Return the edit that imports ``names`` too; ``statement`` is the import that is there."""
+        text = ", ".join(names)
+        if statement:
+            at = self.extent(statement.names[-1])[1]
+            return self.replacement(at, at, f", {text}")
+        at = self.import_place()
+        return self.replacement(at, at, f"from {_PACKAGE} import {text}\n\n")
+
+    def right_statement(self, statement: ast.stmt, variable: str) -> list[Fix]:
+        """Return the edit that corrects a statement which has no place in the text; none where it stays unclear.
+
+        A misspelt import is corrected, another one deleted; a call of Program is given to the program's ``variable``.
+        """
+        match statement:
+            case ast.Import() | ast.ImportFrom():
+                names = "*"
+                module = statement.names[0].name
+                if isinstance(statement, ast.ImportFrom):
+                    names = ", ".join(map(ast.unparse, statement.names))
+                    module = statement.module or ""
+                if not get_close_matches(module, [_PACKAGE], 1):
+                    return self.without_lines(statement)
+                return self.replacement(*self.extent(statement), f"from {_PACKAGE} import {names}")
+            case ast.Expr(value=ast.Call(func=ast.Name(id="Program"))):
+                start, _ = self.extent(statement)
+                return self.replacement(start, start, f"{variable} = ")
+            case ast.Assign(targets=[ast.Name() as target], value=ast.Call(func=ast.Name(id="Program"))):
+                return self.replacement(*self.extent(target), variable)
+        return []
+
+    def as_list(self, value: ast.expr, names: Iterable[str]) -> list[Fix]:
+        """Return the edit that puts a single step into a list."""
+        start, end = self.extent(value)
+        is_step = isinstance(value, ast.Call) and isinstance(value.func, ast.Name) and value.func.id in names
+        if not is_step:
+            return []
+        return self.replacement(start, end, f"[{self.text[start:end]}]")
+
+    def as_step(self, value: ast.expr, kinds: dict[str, type[Step]]) -> list[Fix]:
+        """Return the edit that makes a step of its name alone, or of a name that is much like it."""
+        if not isinstance(value, ast.Name):
+            return []
+        for name in get_close_matches(value.id, kinds, 1):
+            kind = kinds[name]
+            given = {**kind.names[name], "speed": None}
+            wanted = [own.name for own in own_fields(kind) if own.name not in given]
+            values = ", ".join(as_text(first_value(kind, parameter)) for parameter in wanted)
+            return self.replacement(*self.extent(value), f"{name}({values})")
+        return []
 
 
 def _reason_of(message: str) -> Phrase:
@@ -202,23 +304,6 @@ def _checked(tree: ast.Module) -> ast.Module:
 def _not_python(reason: Phrase, line: int, column: int, fixes: Iterable[Fix] = ()) -> ProgramError:
     problem = error("not-python", "", reason=reason).at(Span(line, column, line, column + 1))
     return ProgramError([problem.with_fixes(*fixes)])
-
-
-def _syntax_fixes(source: PythonSource, reason: str, start: int, sign: str) -> Iterator[Fix]:
-    """Yield the edit that makes Python of a text, which Python's parser refuses at the character ``start``.
-
-    Args:
-        reason: the key of the phrase that says why.
-        sign: the character that it is about.
-    """
-    text = source.text
-    if len(text) > _MOST_TRIED:
-        return
-    for at, end, new in _candidates(text, reason, start, sign):
-        # One of several such characters is corrected, although the others are wrong still.
-        if reason == "python-bad-character" or _is_python(text[:at] + new + text[end:]):
-            yield Fix(TEXT, new, source.span_between(at, end))
-            return
 
 
 def _candidates(text: str, reason: str, start: int, sign: str) -> Iterator[tuple[int, int, str]]:
@@ -256,97 +341,3 @@ def as_text(value: Any) -> str:
     if isinstance(value, str):
         return f'"{value}"'
     return str(value)
-
-
-def replacement(source: PythonSource, start: int, end: int, text: str) -> list[Fix]:
-    """Return the edit that puts ``text`` in the place of these characters; none where the result is no Python."""
-    if len(source.text) > _MOST_TRIED or not _is_python(source.text[:start] + text + source.text[end:]):
-        return []
-    return [Fix(TEXT, text, source.span_between(start, end))]
-
-
-def without_argument(source: PythonSource, call: ast.Call, argument: Any) -> list[Fix]:
-    """Return the edit that deletes an argument of a call, with its comma."""
-    extents = sorted(map(source.extent, [*call.args, *call.keywords]))
-    place = extents.index(source.extent(argument))
-    start, end = extents[place]
-    if place:
-        start = extents[place - 1][1]
-    elif len(extents) > 1:
-        end = extents[1][0]
-    if "#" in source.text[start:end]:
-        return []
-    return replacement(source, start, end, "")
-
-
-def with_argument(source: PythonSource, call: ast.Call, name: str, value: Any) -> list[Fix]:
-    """Return the edit that adds a named argument to a call, behind its others."""
-    text = f"{name}={as_text(value)}"
-    arguments = [*call.args, *call.keywords]
-    if not arguments:
-        at = source.extent(call)[1] - 1
-        return replacement(source, at, at, text)
-    at = max(source.extent(argument)[1] for argument in arguments)
-    return replacement(source, at, at, f", {text}")
-
-
-def without_lines(source: PythonSource, statement: ast.stmt) -> list[Fix]:
-    """Return the edit that deletes the lines of a statement."""
-    start, end = source.extent(statement)
-    start = source.start_of(source.line_at(start))
-    return replacement(source, start, min(end + 1, len(source.text)), "")
-
-
-def with_imports(source: PythonSource, statement: ast.ImportFrom | None, names: Iterable[str]) -> list[Fix]:
-    """Return the edit that imports ``names`` too; ``statement`` is the import that is there."""
-    text = ", ".join(names)
-    if statement:
-        at = source.extent(statement.names[-1])[1]
-        return replacement(source, at, at, f", {text}")
-    at = source.import_place()
-    return replacement(source, at, at, f"from {_PACKAGE} import {text}\n\n")
-
-
-def right_statement(source: PythonSource, statement: ast.stmt, variable: str) -> list[Fix]:
-    """Return the edit that corrects a statement which has no place in a program's text; none where it stays unclear.
-
-    A misspelt import is corrected, another one deleted; a call of Program is given to the ``variable`` of the program.
-    """
-    match statement:
-        case ast.Import() | ast.ImportFrom():
-            names = "*"
-            module = statement.names[0].name
-            if isinstance(statement, ast.ImportFrom):
-                names = ", ".join(map(ast.unparse, statement.names))
-                module = statement.module or ""
-            if not get_close_matches(module, [_PACKAGE], 1):
-                return without_lines(source, statement)
-            return replacement(source, *source.extent(statement), f"from {_PACKAGE} import {names}")
-        case ast.Expr(value=ast.Call(func=ast.Name(id="Program"))):
-            start, _ = source.extent(statement)
-            return replacement(source, start, start, f"{variable} = ")
-        case ast.Assign(targets=[ast.Name() as target], value=ast.Call(func=ast.Name(id="Program"))):
-            return replacement(source, *source.extent(target), variable)
-    return []
-
-
-def as_list(source: PythonSource, value: ast.expr, names: Iterable[str]) -> list[Fix]:
-    """Return the edit that puts a single step into a list."""
-    start, end = source.extent(value)
-    is_step = isinstance(value, ast.Call) and isinstance(value.func, ast.Name) and value.func.id in names
-    if not is_step:
-        return []
-    return replacement(source, start, end, f"[{source.text[start:end]}]")
-
-
-def as_step(source: PythonSource, value: ast.expr, kinds: dict[str, type[Step]]) -> list[Fix]:
-    """Return the edit that makes a step of its name alone, or of a name that is much like it."""
-    if not isinstance(value, ast.Name):
-        return []
-    for name in get_close_matches(value.id, kinds, 1):
-        kind = kinds[name]
-        given = {**kind.names[name], "speed": None}
-        wanted = [own.name for own in own_fields(kind) if own.name not in given]
-        values = ", ".join(as_text(first_value(kind, parameter)) for parameter in wanted)
-        return replacement(source, *source.extent(value), f"{name}({values})")
-    return []
