@@ -3,7 +3,7 @@
 `motorcade.program.blocks` says which blocks there are.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from motorcade.program.blocks import (
@@ -51,14 +51,17 @@ _FOLLOWER_TYPES = {*SIMPLE, TogetherStep.kind, RepeatStep.kind}
 _Flags = dict[str, bool]
 
 
-def program_of(leader: Any, followers: Any = None, profile: str = "classroom") -> Program:
+def program_of(
+    leader: Any, followers: Any = None, profile: str = "classroom", left_out: Collection[str] = ()
+) -> Program:
     """Return the Program of the blocks below the two workspaces' hats; a step's id is its block's.
 
-    Loose and disabled blocks are left out; a workspace without a hat has no steps. ``followers`` is None where only
-    the leader is programmed. Raises ProgramError, with all that is wrong, where the blocks make no program.
+    Loose and disabled blocks are left out, and those whose id is in ``left_out``; a workspace without a hat has no
+    steps. ``followers`` is None where only the leader is programmed. Raises ProgramError, with all that is wrong, where
+    the blocks make no program.
     """
     document: Document = {"format": FORMAT, "profile": profile, "followers": None}
-    reading = _BlocksReading([])
+    reading = _BlocksReading(left_out)
     hat = _hat(leader, LEADER_HAT, "leader")
     document["leader"] = reading.steps(_below(hat, "leader"), "leader", _Around())
     if functions := reading.functions(leader):
@@ -99,20 +102,29 @@ class _Around(NamedTuple):
 class _BlocksReading:
     """Blocks that become steps, for JSON.
 
+    Args:
+        left_out: the ids of blocks that count as disabled.
+
     Attributes:
         faults: what is wrong with blocks, which are left out then.
     """
 
-    def __init__(self, faults: list[Diagnostic]) -> None:
-        self.faults = faults
+    def __init__(self, left_out: Collection[str]) -> None:
+        self.faults: list[Diagnostic] = []
+        self._left_out = left_out
+
+    def _is_off(self, block: Block) -> bool:
+        """Whether a block is disabled."""
+        is_disabled = block.get("enabled") is False or bool(block.get("disabledReasons"))
+        return is_disabled or str(block.get("id")) in self._left_out
 
     def functions(self, workspace: Any) -> dict[str, list[Document]]:
         """Return the steps of the functions that a workspace defines, by their names."""
         found: dict[str, list[Document]] = {}
         for block in _tops(workspace, "leader"):
-            if block.get("type") != DEFINE or _is_off(block):
+            if block.get("type") != DEFINE or self._is_off(block):
                 continue
-            name = str(_object(block.get("fields"), "functions", block).get("NAME"))
+            name = str(_part(block, "fields", "functions").get("NAME"))
             path = f"functions.{name}"
             if name in found:
                 self.faults += _refused("second-function", path, block, [Fix(DELETE)], name=name).diagnostics
@@ -137,7 +149,7 @@ class _BlocksReading:
         for block in _chain(first, path):
             if around.depth > MOST_DEEP:
                 raise _refused("blocks-too-deep", path, block, most=MOST_DEEP)
-            if _is_off(block):
+            if self._is_off(block):
                 continue
             kind = str(block.get("type")).removeprefix(PREFIX)
             if around.inside == TogetherStep.kind and kind not in SIMPLE and (kind in _TYPES or kind == "infrared"):
@@ -172,7 +184,7 @@ class _BlocksReading:
         if kind == IN_TURN:
             return {**document, TellStep.kind: {"step": IN_TURN}}
         if kind == DoStep.kind:
-            return {**document, kind: _object(block.get("fields"), path, block).get("NAME")}
+            return {**document, kind: _part(block, "fields", path).get("NAME")}
         if kind == WAIT_UNTIL:
             return {**document, WaitStep.kind: {}, "until": self._condition(block, "UNTIL", path, block, around.depth)}
         ends = _ends(block, path)
@@ -196,8 +208,8 @@ class _BlocksReading:
         # A step that accompanies others has no fields in a together: it lasts as long as the together.
         if not (around.inside == TogetherStep.kind and ALL_KINDS[form.kind].accompanies):
             content |= _values(block, form.fields, path)
-        minded = _connected(_object(block.get("inputs"), path, block).get(UNLESS), path, block)
-        if minded and not _is_off(minded) and issubclass(ALL_KINDS[form.kind], DrivingStep):
+        minded = _inside(block, path, UNLESS)
+        if minded and not self._is_off(minded) and issubclass(ALL_KINDS[form.kind], DrivingStep):
             content["unless"] = self._condition(block, UNLESS, path, block, around.depth)
         if form.condition:
             content[form.condition] = self._condition(block, form.condition.upper(), path, block, around.depth)
@@ -219,9 +231,8 @@ class _BlocksReading:
 
     def _condition(self, holder: Block, name: str, path: str, step: Block, depth: int) -> Document:
         """Return the condition in an input of ``holder``. The block of the ``step`` is at fault where there is none."""
-        inputs = _object(holder.get("inputs"), path, holder)
-        block = _connected(inputs.get(name), path, holder)
-        if block is None or _is_off(block):
+        block = _inside(holder, path, name)
+        if block is None or self._is_off(block):
             raise _refused("missing-condition", path, step)
         if depth > MOST_DEEP:
             raise _refused("blocks-too-deep", path, step, most=MOST_DEEP)
@@ -234,26 +245,21 @@ class _BlocksReading:
         if kind in ASKED:
             return _values(block, (ASKED[kind],), path)
         if kind == "counter":
-            fields = _object(block.get("fields"), path, block)
+            fields = _part(block, "fields", path)
             return {kind: fields.get("COUNTER"), str(fields.get("IS")): fields.get("VALUE")}
         if kind == "not":
             return {kind: self._condition(block, "OF", path, step, depth + 1)}
         if kind not in ("all", "any"):
             raise _refused("unknown-block", path, step, type=str(block.get("type"))[:40])
-        parts = _object(block.get("extraState"), path, block).get("parts", PARTS)
+        parts = _part(block, "extraState", path).get("parts", PARTS)
         if parts not in range(1, MOST_IN_A_ROW):
             raise _refused("bad-blocks", path, step)
         return {kind: [self._condition(block, f"OF{number}", path, step, depth + 1) for number in range(parts)]}
 
 
-def _is_off(block: Block) -> bool:
-    """Whether a block is disabled."""
-    return block.get("enabled") is False or bool(block.get("disabledReasons"))
-
-
 def _values(block: Block, wanted: Sequence[BlockField], path: str) -> Document:
     """Return the values of a block's fields by their names in a step; those that the block lacks are left out."""
-    fields = _object(block.get("fields"), path, block)
+    fields = _part(block, "fields", path)
     values = {}
     for field in wanted:
         if field.capitals not in fields:
@@ -267,7 +273,7 @@ def _values(block: Block, wanted: Sequence[BlockField], path: str) -> Document:
 
 def _ends(block: Block, path: str) -> str:
     """Return what ends the step of a block."""
-    ends = _object(block.get("fields"), path, block).get("ENDS", BY_TIME)
+    ends = _part(block, "fields", path).get("ENDS", BY_TIME)
     if ends not in ENDS:
         raise _refused("out-of-range", path, block, value=str(ends)[:40], allowed=", ".join(ENDS))
     return str(ends)
@@ -327,7 +333,7 @@ def _hat(workspace: Any, kind: str, path: str) -> Block:
 
 def _of_hat(hat: Block) -> dict[str, Any]:
     """The settings of the followers' hat, for JSON."""
-    fields = _object(hat.get("fields"), "followers", hat)
+    fields = _part(hat, "fields", "followers")
     settings = {name: _chosen(fields[name.upper()], _TICKS) for name in SETTINGS if name.upper() in fields}
     if "TAGGED" in fields:
         settings["tagged"] = _chosen(fields["TAGGED"], TAGGED)
@@ -353,7 +359,11 @@ def _below(block: Block, path: str) -> Block | None:
 
 
 def _inside(block: Block, path: str, name: str = "STEPS") -> Block | None:
-    return _connected(_object(block.get("inputs"), path, block).get(name), path, block)
+    return _connected(_part(block, "inputs", path).get(name), path, block)
+
+
+def _part(block: Block, name: str, path: str) -> dict[str, Any]:
+    return _object(block.get(name), path, block)
 
 
 def _connected(connection: Any, path: str, block: Block) -> Block | None:
@@ -373,7 +383,7 @@ def _object(value: Any, path: str, block: Block = _NOWHERE) -> dict[str, Any]:
 
 def _own_flags(block: Block, path: str) -> _Flags:
     """Return the settings of an infrared block, without those that it does not change."""
-    fields = _object(block.get("fields"), path, block)
+    fields = _part(block, "fields", path)
     flags = {}
     for name in SETTINGS:
         choice = str(fields.get(name.upper(), "same"))

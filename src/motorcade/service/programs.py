@@ -112,9 +112,8 @@ class _Sorting:
         blocks = self._blocks
         # A block may be wrong only because those inside it are left out.
         for _ in range(MOST_DEEP):
-            leader, followers = (_without(self.left_out, state) for state in (blocks.leader, blocks.followers))
             try:
-                return program_of(leader, followers, blocks.profile)
+                return program_of(blocks.leader, blocks.followers, blocks.profile, self.left_out)
             except ProgramError as problem:
                 if not self.leave_out(problem.diagnostics):
                     return None
@@ -134,20 +133,6 @@ class _Sorting:
         is_more = not wrong <= self.left_out
         self.left_out |= wrong
         return is_more
-
-
-def _without(left_out: set[str], state: Any) -> Any:
-    """Return a copy of a part of a workspace's state in which these blocks are disabled."""
-    if not left_out:
-        return state
-    if isinstance(state, list):
-        return [_without(left_out, part) for part in state]
-    if not isinstance(state, dict):
-        return state
-    copy = {key: _without(left_out, value) for key, value in state.items()}
-    if state.get("id") in left_out and "type" in state:
-        return {**copy, "enabled": False}
-    return copy
 
 
 def _answer(compiled: Compiled, program: Program) -> messages.CompiledBlocks:
