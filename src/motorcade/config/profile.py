@@ -140,6 +140,11 @@ class Profile:
     wheels: MeasuredWheels
     drive: DriveLimits
 
+    @property
+    def duration_levels(self) -> dict[int, int]:
+        """The level of each duration."""
+        return {duration: level for level, duration in enumerate(self.durations_ms)}
+
 
 # The number of levels of each list, and whether its level 0 is always 0.
 _LISTS = {

@@ -27,7 +27,7 @@ from motorcade.errors import Phrase
 from motorcade.mats.model import Corners, Disc, Mat
 from motorcade.mats.schema import FARTHEST_M, SHORTEST_M
 from motorcade.missions.model import Goal, Mission, Wording, Zone
-from motorcade.program.compiler import length_ms
+from motorcade.program.parts import length_ms
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.positions import AVOID_ENABLE_AT
 

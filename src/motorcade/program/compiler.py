@@ -49,7 +49,7 @@ from motorcade.program.flow_steps import conditions_of
 from motorcade.program.fragments import IN_TURN_STEP, ToldStep
 from motorcade.program.leader import Leader
 from motorcade.program.model import Followers, Program, placed_steps
-from motorcade.program.parts import MOST_PIECES, cut, durations_in, nearest_sums, to_ms
+from motorcade.program.parts import MOST_PIECES, cut, length_ms, nearest_sums, to_ms
 from motorcade.program.steps import RepeatStep, Step
 from motorcade.words.flow import IN_TURN
 from motorcade.words.formats import CONTROL, FLOW
@@ -387,11 +387,6 @@ class _Followers:
                 if best_round(self._items, self._profile, tagged=True):
                     problem = problem.with_fixes(Fix("tagged", "auto"))
                 self.diagnostics.append(problem)
-
-
-def length_ms(word: int, profile: Profile) -> int:
-    """Return how long a car is busy with a word that the compiler made, in milliseconds."""
-    return max(durations_in(word, profile.durations_ms)) or profile.idle_state_ms
 
 
 def _too_many(code: str, path: str, steps: Sequence[Step], count: int, costs: list[int], word_ms: int) -> Diagnostic:

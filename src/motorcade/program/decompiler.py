@@ -9,7 +9,7 @@ from motorcade.config.profile import Profile, built_in_profile
 from motorcade.errors import MotorcadeError
 from motorcade.program.compiler import compile_program
 from motorcade.program.flow_steps import FlowStep
-from motorcade.program.model import Followers, Program
+from motorcade.program.model import Followers, Program, equal_at_start
 from motorcade.program.parts import (
     control_word,
     durations_in,
@@ -81,7 +81,7 @@ def _decide(image: Image, profile: Profile, words: tuple[int, ...]) -> Program:
         made = compile_program(program, profile).words
         if made == words:
             return program
-        wrong = _first_difference(made[1:], words[1:])
+        wrong = equal_at_start(made[1:], words[1:])
         around = [extent for extent in structure.extents if extent.start <= wrong < extent.end]
         if not around or not made:
             break
@@ -104,13 +104,6 @@ def _structured(
         told[number] = _with_settings(step, word, settings.accept_ir, settings.forward)
     structure = Structure(image.leader, profile.durations_ms, plain, told, own)
     return Program(structure.leader, followers, profile.name, functions=structure.functions), structure
-
-
-def _first_difference(made: Sequence[int], wanted: Sequence[int]) -> int:
-    for number, (some, other) in enumerate(zip(made, wanted, strict=False)):
-        if some != other:
-            return number
-    return min(len(made), len(wanted))
 
 
 def _tells_in(image: Image) -> list[Any]:
@@ -194,7 +187,7 @@ def _counted_down(words: Sequence[int], dwell_ms: int, profile: Profile) -> int:
     if rest_ms or not 1 < dwells <= len(words):
         return 1
     whole = parts_of(step_in(words[0], profile.durations_ms))
-    levels = {duration: level for level, duration in enumerate(profile.durations_ms)}
+    levels = profile.duration_levels
     first = CONTROL.decode(words[0])
     for number, word in enumerate(words[:dwells]):
         left = slice_of(whole, number * dwell_ms, dwell_ms * dwells)

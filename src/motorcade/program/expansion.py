@@ -236,7 +236,7 @@ def longest_dwell_ms(items: list[Item], profile: Profile, tagged: bool) -> int |
 
 def round_with(items: list[Item], dwell_ms: int, profile: Profile, tagged: bool) -> Round | None:
     """Return the Round with this dwell; None where it can't express some step."""
-    levels = {duration: level for level, duration in enumerate(profile.durations_ms)}
+    levels = profile.duration_levels
     slots: list[tuple[int, WordParts]] = []
     for position, item in enumerate(items):
         left = _slots(item, dwell_ms, profile)
@@ -269,7 +269,7 @@ def round_with(items: list[Item], dwell_ms: int, profile: Profile, tagged: bool)
 
 def literal_round(items: list[Item], dwell_ms: int, profile: Profile) -> Round | int:
     """Return a Round of one word a step, sent for ``dwell_ms``; or the index of the first step that isn't one word."""
-    levels = {duration: level for level, duration in enumerate(profile.durations_ms)}
+    levels = profile.duration_levels
     words = []
     for position, item in enumerate(items):
         if any(duration not in levels for duration in item.durations_ms):

@@ -109,7 +109,7 @@ class Leader:
         self._profile = profile
         self._expander = Expander(profile)
         self._levels_ms = profile.durations_ms
-        self._levels = {duration: level for level, duration in enumerate(profile.durations_ms)}
+        self._levels = profile.duration_levels
         self._states: dict[tuple[str, bool], Fragment] = {}
         self._made: dict[tuple[str, int], Fragment] = {}
         self.inexpressible: dict[str, Item] = {}

@@ -19,7 +19,7 @@ from motorcade.program.flow_steps import (
     conditions_of,
 )
 from motorcade.program.fragments import CONDITION_NUMBERS, Instruction, raw_word
-from motorcade.program.parts import durations_in
+from motorcade.program.parts import length_ms
 from motorcade.program.steps import Step
 from motorcade.words.flow import (
     BAD_COUNT,
@@ -166,7 +166,7 @@ def _is_hurried(words: Sequence[int], tell: int, least_ms: float, profile: Profi
         number %= len(words)
         word = words[number]
         if word >> 31 == 0:
-            passed_ms += max(durations_in(word, profile.durations_ms)) or profile.idle_state_ms
+            passed_ms += length_ms(word, profile)
             if passed_ms >= least_ms:
                 return False
             ways.append((number + 1, calls, passed_ms))

@@ -128,6 +128,22 @@ class Program:
         object.__setattr__(self, "beside", dict(beside or {}))
         check_field(self, "program", "profile", PROFILE)
 
+    @property
+    def rows(self) -> dict[str, tuple[Step, ...]]:
+        """Its lists of steps, by their places: the leader's, those of functions, the followers'."""
+        rows = {"leader": self.leader} | {f"functions.{name}": steps for name, steps in self.functions.items()}
+        if self.followers:
+            rows["followers.steps"] = tuple(self.followers.steps)
+        return rows
+
+    def with_rows(self, change: Callable[[Sequence[Step], str], Sequence[Step]]) -> "Program":
+        """Return the program with other steps: ``change`` is given each of `rows`, and its place."""
+        followers = self.followers
+        if followers:
+            followers = replace(followers, steps=change(followers.steps, "followers.steps"))
+        functions = {name: change(steps, f"functions.{name}") for name, steps in self.functions.items()}
+        return Program(change(self.leader, "leader"), followers, self.profile, self.beside, functions)
+
     def as_dict(self) -> dict[str, Any]:
         """The program for JSON, without what stands beside it; what has its usual value is left out."""
         followers = None
@@ -157,11 +173,8 @@ class Program:
 
 def placed_steps(program: Program) -> Iterator[tuple[str, Step]]:
     """Yield every step of a program, those inside of others included, with its place."""
-    yield from walk(program.leader, "leader")
-    for name, steps in program.functions.items():
-        yield from walk(steps, f"functions.{name}")
-    if program.followers:
-        yield from walk(program.followers.steps, "followers.steps")
+    for place, steps in program.rows.items():
+        yield from walk(steps, place)
 
 
 def count_blocks(program: Program) -> int:
@@ -331,8 +344,8 @@ def align(old: Sequence[Step], new: Sequence[Step]) -> list[int | None]:
     """
     ours = list(map(without_ids, old))
     theirs = list(map(without_ids, new))
-    start = _equal_at_start(ours, theirs)
-    end = _equal_at_start(ours[start:][::-1], theirs[start:][::-1])
+    start = equal_at_start(ours, theirs)
+    end = equal_at_start(ours[start:][::-1], theirs[start:][::-1])
     middle = [None] * (len(new) - start - end)
     found: list[int | None] = [*range(start), *middle, *range(len(old) - end, len(old))]
     keys: tuple[Callable[[Step], object], ...] = (lambda step: step, lambda step: step.kind)
@@ -346,11 +359,11 @@ def align(old: Sequence[Step], new: Sequence[Step]) -> list[int | None]:
     return found
 
 
-def _equal_at_start(some: Sequence[Step], others: Sequence[Step]) -> int:
-    """Return how many of the first steps are equal."""
+def equal_at_start(some: Sequence[object], others: Sequence[object]) -> int:
+    """Return how many of the first ones are equal."""
     count = 0
-    for step, other in zip(some, others, strict=False):
-        if step != other:
+    for one, other in zip(some, others, strict=False):
+        if one != other:
             break
         count += 1
     return count
@@ -369,25 +382,14 @@ def without_ids(step: Step) -> Step:
 
 def bare(program: Program) -> Program:
     """Return a program without the blocks that its steps came from."""
-    followers = program.followers
-    if followers:
-        followers = replace(followers, steps=tuple(map(without_ids, followers.steps)))
-    functions = {name: map(without_ids, steps) for name, steps in program.functions.items()}
-    return Program(map(without_ids, program.leader), followers, program.profile, functions=functions)
+    return program.with_rows(lambda steps, _: list(map(without_ids, steps)))
 
 
 def with_ids_of(program: Program, before: Program) -> Program:
     """Return ``program`` with the ids that its steps have in ``before``; steps with an id of their own keep it."""
     taken = {step.id for _, step in placed_steps(program) if step.id is not None}
-    leader = _steps_with_ids(program.leader, before.leader, taken)
-    followers = program.followers
-    if followers and before.followers:
-        followers = replace(followers, steps=_steps_with_ids(followers.steps, before.followers.steps, taken))
-    functions = {
-        name: tuple(_steps_with_ids(steps, before.functions.get(name, ()), taken))
-        for name, steps in program.functions.items()
-    }
-    return replace(program, leader=tuple(leader), followers=followers, functions=functions)
+    old = before.rows
+    return program.with_rows(lambda steps, place: _steps_with_ids(steps, old.get(place, ()), taken))
 
 
 def _steps_with_ids(steps: Sequence[Step], before: Sequence[Step], taken: set[str]) -> list[Step]:

@@ -7,6 +7,7 @@ from heapq import heappop, heappush
 from math import ceil, floor
 from typing import Any, NamedTuple
 
+from motorcade.config.profile import Profile
 from motorcade.program.reactions import parts_at_once, with_unless
 from motorcade.program.steps import SIMPLE_KINDS, AccompanyingStep, Step, TogetherStep, WaitStep, own_fields
 from motorcade.words.formats import CONTROL
@@ -159,6 +160,11 @@ def control_word(parts: WordParts, levels: dict[int, int], accept_ir: int, forwa
 def durations_in(word: int, levels_ms: tuple[int, ...]) -> tuple[int, ...]:
     """Return how long each part of a control word lasts, in milliseconds; 0 for a part that the word doesn't have."""
     return tuple([levels_ms[word >> low & _LEVEL_MASK] for low in _DURATIONS_AT])
+
+
+def length_ms(word: int, profile: Profile) -> int:
+    """Return how long a car is busy with a word that the compiler made, in milliseconds."""
+    return max(durations_in(word, profile.durations_ms)) or profile.idle_state_ms
 
 
 def step_in(word: int, levels_ms: tuple[int, ...], longest_ms: int | None = None) -> Step:

@@ -113,11 +113,7 @@ def _condition_of(step: Step, drive: Any) -> Condition | None:
 
 def minding(program: Program) -> Program:
     """Return a program of the same words in which drives mind what stood beside them in a together."""
-    followers = program.followers
-    if followers:
-        followers = replace(followers, steps=_minding(followers.steps))
-    functions = {name: _minding(steps) for name, steps in program.functions.items()}
-    return Program(_minding(program.leader), followers, program.profile, program.beside, functions)
+    return program.with_rows(lambda steps, _: _minding(steps))
 
 
 def _minding(steps: Sequence[Step]) -> list[Step]:
