@@ -8,8 +8,8 @@ import threading
 import time
 from binascii import crc32
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,8 +18,7 @@ from motorcade.boards.on_chip.parts import SerialVoice
 from motorcade.car.board import VOICE_WORDS, Board
 from motorcade.car.brain import NO_LED, NO_VOICE
 from motorcade.car.loop import Car
-from motorcade.config.files import read_bytes, replace_file
-from motorcade.config.profile import Profile, levels_of
+from motorcade.config.files import raised_as, read_bytes, replace_file
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.packing import ImageError
@@ -227,10 +226,8 @@ class HardwareWatchdog:
     """
 
     def __init__(self, path: Path = Path("/dev/watchdog")) -> None:
-        try:
+        with raised_as("watchdog-unusable", OSError, path=path):
             self._device = os.open(path, os.O_WRONLY)
-        except OSError as problem:
-            raise MotorcadeError("watchdog-unusable", path=path, reason=problem) from None
 
     def keep_alive(self) -> None:
         """Give a sign of life; due again within about 15 s, the kernel's usual limit."""
@@ -255,10 +252,8 @@ class BatteryFile:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._per_mv = 1000 if path.name == "voltage_now" else 1
-        try:
+        with raised_as("battery-unreadable", OSError, path=path):
             self.read_mv()
-        except OSError as problem:
-            raise MotorcadeError("battery-unreadable", path=path, reason=problem) from None
 
     def read_mv(self) -> int:
         """Return the voltage in mV. Raises OSError."""
@@ -302,17 +297,3 @@ def run_many(cars: Sequence[tuple[ComputerBoard, TcpPort]], stops: Callable[[], 
             if is_due or line.has_come:
                 line.has_come = False
                 car.tick()
-
-
-@contextmanager
-def simulated_car(line: WaitingLine, store: ImageStore, profile: Profile) -> Iterator[None]:
-    """Run a simulated leader in a thread of its own until the block ends. Raises StoreError."""
-    board = ComputerBoard(Equipment(True, 0, levels_of(profile), line, store.load(), store.save))
-    ended = threading.Event()
-    thread = threading.Thread(target=run, args=(board, line.wait, ended.is_set), name="simulated car", daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        ended.set()
-        thread.join()

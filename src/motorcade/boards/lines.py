@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from motorcade.boards.on_chip.lines import UploadLine
 from motorcade.boards.on_chip.wifi_line import Client, NetworkLine
-from motorcade.errors import MotorcadeError
+from motorcade.config.files import raised_as
 from motorcade.sockets import listen
 from motorcade.words.ticks import TICKS_MASK
 
@@ -117,10 +117,8 @@ class TcpPort(NetworkLine, WaitingLine):
         refuses: "Callable[[ssl.SSLSocket], bool]" = lambda connection: False,
         selector: selectors.BaseSelector | None = None,
     ) -> None:
-        try:
+        with raised_as("cannot-listen", (OSError, UnicodeError), host=host, port=port):
             listener = listen(host, port)
-        except (OSError, UnicodeError) as problem:
-            raise MotorcadeError("cannot-listen", host=host, port=port, reason=problem) from None
         self._tls = tls
         self._refuses = refuses
         super().__init__(listener, selector or selectors.DefaultSelector(), lambda: int(clock_s() * 1000) & TICKS_MASK)

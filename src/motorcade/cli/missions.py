@@ -8,6 +8,7 @@ import typer
 from motorcade.cli.options import Jobs, Json, NumberOption, own_world, write_file
 from motorcade.cli.output import Rows, current_language, print_lines, print_note, print_result, translated
 from motorcade.cli.runs import ended_by_sentences
+from motorcade.config.files import raised_as
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 from motorcade.outcomes import FINE, PROGRAM_ERROR
@@ -207,10 +208,8 @@ def _check_program(mission: "Mission", program: str, as_json: bool) -> bool:
     from motorcade.missions.report import asked_goals
 
     language = current_language()
-    try:
+    with raised_as("mission-program-not-valid", (MotorcadeError, OSError), file=program):
         result = _result(mission, program)
-    except (MotorcadeError, OSError) as problem:
-        raise MotorcadeError("mission-program-not-valid", file=program, reason=problem) from None
     if Path(program).is_file():
         own = own_world(Path(program)).mat
         if own and own != mission.mat:

@@ -17,6 +17,7 @@ import typer
 
 from motorcade.cli import options
 from motorcade.cli.output import print_lines, print_problem, print_result, quoted, sentence_of, translated
+from motorcade.config.files import raised_as
 from motorcade.errors import MotorcadeError
 from motorcade.extras import needs_extra
 from motorcade.sockets import is_loopback
@@ -185,10 +186,8 @@ def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) 
     for name, url in urls.items():
         if name not in names:
             raise MotorcadeError("camera-without-car", name=name)
-        try:
+        with raised_as("camera-of-car", car=name):
             WebCamera(url, trust)
-        except MotorcadeError as problem:
-            raise MotorcadeError("camera-of-car", car=name, reason=problem) from None
     return {"cars": cars, "keys": client_context(keys, takes_chips=True) if keys else None, "trust": trust}
 
 

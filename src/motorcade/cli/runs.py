@@ -23,6 +23,7 @@ from motorcade.cli.output import (
     sentence_of,
     translated,
 )
+from motorcade.config.files import raised_as
 from motorcade.errors import InputError, MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 from motorcade.outcomes import PROGRAM_ERROR, STOPPED
@@ -230,10 +231,8 @@ def _plan(spec: Path, with_digests: bool) -> "Plan":
             return options.own_world(program).mat is not None
         return False
 
-    try:
+    with raised_as("sweep-not-valid"):
         wanted = read_sweep(spec, lambda program: has_own_mat(spec.parent / program))
-    except MotorcadeError as problem:
-        raise MotorcadeError("sweep-not-valid", reason=problem) from None
     programs = [_program(spec, index, wanted) for index in range(len(wanted.programs))]
     mats = [_mat(spec, index, wanted) for index in range(len(wanted.mats))]
     with progress_bar("checked", wanted.cells) as advance:
@@ -266,10 +265,8 @@ def _mat(spec: Path, index: int, wanted: "Sweep") -> "Mat | None":
     name = wanted.mats[index]
     if name == EMPTY_TABLE:
         return None
-    try:
+    with raised_as("sweep-mat-not-valid", place=f"{spec.name}: mats[{index}]"):
         return read_mat(spec.parent / name)
-    except MotorcadeError as problem:
-        raise MotorcadeError("sweep-mat-not-valid", place=f"{spec.name}: mats[{index}]", reason=problem) from None
 
 
 @contextmanager

@@ -287,10 +287,8 @@ def _arduino_library(
         files |= sketch_files(wired, chosen, _role(role, wired) == "leader", number, voice)
         if not wired.chip.is_whole_arduino and wired.pin("infrared", "sender") is not None:
             print_note(translated("arduino-sends-no-infrared", car=wired.name, chip=wired.chip.title))
-    try:
+    with raised_as("file-not-writable", OSError, file=output):
         write_library(output, files)
-    except OSError as problem:
-        raise MotorcadeError("file-not-writable", file=output, reason=problem) from None
     data = {"output": str(output), "files": sorted(files), "bytes": sum(map(len, files.values()))}
     sketch = "Uno / Mega / mBot"
     if wired:

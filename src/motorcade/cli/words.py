@@ -7,6 +7,7 @@ import typer
 
 from motorcade.cli import options
 from motorcade.cli.output import current_language, print_diagnostics, print_json, print_lines, print_table, translated
+from motorcade.config.files import raised_as
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.outcomes import PROGRAM_ERROR
 
@@ -202,10 +203,8 @@ def _export(
     as_json: options.Json = False,
 ) -> None:
     found = exported(target)
-    try:
+    with raised_as("folder-not-writable", OSError, folder=output):
         output.mkdir(parents=True, exist_ok=True)
-    except OSError as problem:
-        raise MotorcadeError("folder-not-writable", folder=output, reason=problem) from None
     for name, contents in found.items():
         options.write_file(output / name, contents)
     written = [str(output / name) for name in found]

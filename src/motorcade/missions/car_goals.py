@@ -122,8 +122,7 @@ class CarsGoal(AskedGoal):
             if is_over:
                 return GoalState("met", self.last_ms, why)
             return GoalState("holds", None, why)
-        is_for_good = is_over or self.asked.when == judging.SOME_MOMENT
-        return GoalState("met" if is_for_good else "holds", self.met_since_ms, why)
+        return self.met(is_over, why)
 
 
 class _ZoneGoal(CarsGoal):
@@ -370,8 +369,7 @@ class Together(AskedGoal):
             return GoalState("open", None, why, (one, other))
         if is_always:
             return self.kept(is_over, why)
-        is_for_good = is_over or self.asked.when == judging.SOME_MOMENT
-        return GoalState("met" if is_for_good else "holds", self.met_since_ms, why)
+        return self.met(is_over, why)
 
     def nearness(self) -> float:
         if self.asked.when == judging.ALWAYS:

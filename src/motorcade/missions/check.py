@@ -157,7 +157,7 @@ def _check(
     if steps is not None:
         results.insert(0, steps)
         grade *= steps.grade
-    return Result(stars_of(results), results, grade)
+    return Result(stars_of((goal.star, goal.met) for goal in results), results, grade)
 
 
 def _tried(mission: Mission, goal: Goal, image: bytes, open_worlds: OpenWorlds) -> GoalResult:
@@ -204,9 +204,10 @@ def grade_of(mission: Mission, grades: Iterable[float]) -> float:
     return fmean([first, *(mean * first for mean in means.values())])
 
 
-def stars_of(results: Sequence[GoalResult]) -> frozenset[int]:
-    """The stars whose goals are all met; none without the first."""
-    earned = {goal.star for goal in results} - {goal.star for goal in results if not goal.met}
+def stars_of(goals: Iterable[tuple[int, bool]]) -> frozenset[int]:
+    """The stars whose goals are all met; none without the first. Of each goal its star, and whether it is met."""
+    known = list(goals)
+    earned = {star for star, _ in known} - {star for star, met in known if not met}
     if 1 not in earned:
         return frozenset()
     return frozenset(earned)
@@ -217,11 +218,10 @@ def own_stars(mission: Mission, trials: Sequence[Trial]) -> list[int]:
 
     Stars whose goals other seeds decide are not among them. An image doesn't say which steps its program has.
     """
-    lost = {goal.star for goal in mission.goals if GOALS[goal.kind].tries_other_seeds}
+    goals = [(goal.star, not GOALS[goal.kind].tries_other_seeds) for goal in mission.goals]
     for trial in trials:
-        lost |= {goal.star for goal, met in zip(mission.goals, trial.met, strict=True) if not met}
-    stars = sorted({goal.star for goal in mission.goals} - lost)
-    return stars if 1 in stars else []
+        goals += [(goal.star, met) for goal, met in zip(mission.goals, trial.met, strict=True)]
+    return sorted(stars_of(goals))
 
 
 def program_steps(mission: Mission, program: Program, known: Iterable[str] = ()) -> GoalResult | None:

@@ -409,6 +409,11 @@ class AskedGoal(GoalKind):
             return since
         return None
 
+    def met(self, is_over: bool, why: Phrase) -> GoalState:
+        """Return how it stands with a goal that is met now, at the end or at some moment."""
+        is_for_good = is_over or self.asked.when == judging.SOME_MOMENT
+        return GoalState("met" if is_for_good else "holds", self.met_since_ms, why)
+
     @property
     def last_ms(self) -> int:
         """The last moment that counts; 0 before it."""

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
-from motorcade.config.files import decoded, read_bytes
+from motorcade.config.files import decoded, raised_as, read_bytes
 from motorcade.config.profile import Profile, load_profile
 from motorcade.errors import MotorcadeError
 from motorcade.program.compiler import Compiled, compile_program
@@ -82,10 +82,8 @@ def image_in(source: Path, profile_name: str, place: object = "") -> tuple[bytes
         if has_errors(compiled.diagnostics):
             raise ProgramError(compiled.diagnostics)
         return compiled.image, profile, compiled.diagnostics
-    try:
+    with raised_as("not-a-program", ImageError, place=place or source):
         parse_image_bytes(data)
-    except ImageError as problem:
-        raise MotorcadeError("not-a-program", place=place or source, reason=problem) from None
     return data, load_profile(profile_name), ()
 
 

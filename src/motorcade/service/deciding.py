@@ -99,8 +99,7 @@ class Deciding:
         world = self._world
         if not self._asked or car not in self._ways or world.tick == 0 or world.cars > _MOST_CARS:
             return []
-        senses = memoryview(world.backend.read(world.read_senses())).cast("q")[car * agents.SENSED :]
-        sensed = Senses(senses[agents.OBSTACLE_MM], senses[agents.PERSON], senses[agents.DARK_FLOOR])
+        sensed = _sensed(world, car)
         memory = world.memory_of(car, range(brain.SIZE))
         remembered = bytearray(world.decisions_of(car))
         met = {}
@@ -158,30 +157,33 @@ def minded(world: Simulation, car: int) -> Phrase | None:
     That is the sense without which its wheels would turn otherwise, asked of the brain itself.
     """
     levels = levels_of(world.profile)
-    sensed = memoryview(world.backend.read(world.read_senses())).cast("q")[car * agents.SENSED :]
-    obstacle_mm = sensed[agents.OBSTACLE_MM]
-    person = sensed[agents.PERSON]
-    dark = sensed[agents.DARK_FLOOR]
+    sensed = _sensed(world, car)
     memory = world.memory_of(car, range(brain.SIZE))
     values = CONTROL.decode(memory[brain.WORD])
     unheard = [*memory]
     unheard[brain.STOPPED] = 0
-    light = dark
+    light = sensed.dark_floor
     if values.motor_direction == brain.RANDOM_FORWARD:
         light = 0
     # Each sense is taken away beside those before it, in the order in which the brain asks them.
     without = (
-        ("voice", unheard, Senses(obstacle_mm, person, dark)),
-        ("person", unheard, Senses(obstacle_mm, 0, dark)),
-        ("obstacle", unheard, Senses(_FAR_MM, 0, dark)),
+        ("voice", unheard, sensed),
+        ("person", unheard, Senses(sensed.obstacle_mm, 0, sensed.dark_floor)),
+        ("obstacle", unheard, Senses(_FAR_MM, 0, sensed.dark_floor)),
         ("floor", unheard, Senses(_FAR_MM, 0, light)),
     )
-    does = brain.wheels([*memory], Senses(obstacle_mm, person, dark), world.now_ms, levels)
+    does = brain.wheels([*memory], sensed, world.now_ms, levels)
     for sense, remembered, senses in without:
         if brain.wheels([*remembered], senses, world.now_ms, levels) != does:
             cm = levels[brain.AVOID_RADII_MM + values.avoid_radius] / 10
             return Phrase(f"why-minds-{sense}", **({"cm": f"{cm:g}"} if sense == "obstacle" else {}))
     return None
+
+
+def _sensed(world: Simulation, car: int) -> Senses:
+    """Return what a car senses now."""
+    senses = memoryview(world.backend.read(world.read_senses())).cast("q")[car * agents.SENSED :]
+    return Senses(senses[agents.OBSTACLE_MM], senses[agents.PERSON], senses[agents.DARK_FLOOR])
 
 
 def doing(word: int) -> Phrase:
