@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from motorcade.cli import options
-from motorcade.cli.output import print_lines, print_problem, print_result, quoted, sentence_of, translated
+from motorcade.cli.output import print_lines, print_problem, print_result, quoted, sentence_of, translated, wants_json
 from motorcade.config.files import raised_as
 from motorcade.errors import MotorcadeError
 from motorcade.extras import needs_extra
@@ -140,7 +140,6 @@ def _remote(
     page_keys: options.PageKeys = None,
     insecure_lan: options.InsecureLan = False,
     log: options.LogFile = None,
-    as_json: options.Json = False,
 ) -> None:
     with needs_extra("remote", "drive"):
         from motorcade.server.fleet import RemoteCars
@@ -162,7 +161,7 @@ def _remote(
 
         def ready() -> None:
             sentence = translated("remote-is-ready", cars=", ".join(names), url=url)
-            print_result({"url": url, "cars": names}, sentence, as_json)
+            print_result({"url": url, "cars": names}, sentence)
 
         serve_alone(make_remote(settings, RemoteCars(**named)), settings, listener, ready, tls)
 
@@ -224,7 +223,6 @@ def _studio(
     insecure_lan: options.InsecureLan = False,
     log: options.LogFile = None,
     no_browser: options.NoBrowser = False,
-    as_json: options.Json = False,
 ) -> None:
     with needs_extra("studio", "studio"):
         import motorcade.engine.webassembly  # noqa: F401  # before the page asks for a world
@@ -248,7 +246,7 @@ def _studio(
 
         def ready() -> None:
             sentence = translated("studio-is-ready", url=url, folder=folder)
-            print_result({"url": url, "library": str(folder)}, sentence, as_json)
+            print_result({"url": url, "library": str(folder)}, sentence)
             if not no_browser:
                 open_browser(url)
 
@@ -269,7 +267,6 @@ def _class(
     car_list: options.CarListOption = None,
     log: options.LogFile = None,
     no_browser: options.NoBrowser = False,
-    as_json: options.Json = False,
 ) -> None:
     with needs_extra("class", "class"):
         import motorcade.engine.webassembly  # noqa: F401  # before a page asks for a world
@@ -336,8 +333,8 @@ def _class(
                 lines.append(sentence_of(files.problem))
             if reaches_others and not https:
                 lines.append(translated("class-insecure"))
-            print_result(found, "\n".join(lines), as_json)
-            if not as_json:
+            print_result(found, "\n".join(lines))
+            if not wants_json():
                 print_lines([qr_for_terminal(join_url(addresses[0], code))])
             if not no_browser:
                 open_browser(teacher)
@@ -347,7 +344,7 @@ def _class(
 
 
 @studio_app.command("site")
-def _site(output: options.Output, as_json: options.Json = False) -> None:
+def _site(output: options.Output) -> None:
     with needs_extra("site", "studio"):
         from motorcade.browser.site import site_files, write_site
 
@@ -357,7 +354,7 @@ def _site(output: options.Output, as_json: options.Json = False) -> None:
     size = sum(map(len, files.values()))
     details = {"files": count, "megabytes": f"{size / 1e6:.1f}"}
     sentence = translated("site-is-written", folder=output, argument=quoted(output), **details)
-    print_result({"folder": str(output), "files": count, "bytes": size}, sentence, as_json)
+    print_result({"folder": str(output), "files": count, "bytes": size}, sentence)
 
 
 def own_token(folder: Path) -> str:
