@@ -175,7 +175,6 @@ def _stops(ending: Ending, resources: ExitStack, watchdog: Path | None) -> Calla
     armed = None
     if watchdog:
         armed = HardwareWatchdog(watchdog)
-    if armed:
         resources.callback(armed.close)
 
     def stops() -> bool:

@@ -94,20 +94,16 @@ def _serve(
     measured = None
     if battery:
         measured = BatteryFile(battery)
+    tls = page_tls = refused = None
     if keys:
         tls = server_context(keys)
         page_tls = https_context(keys)
-    else:
-        tls = None
-        page_tls = None
+        refused = revoked_keys(keys, revoked)
     if telemetry_port is not None:
         second = telemetry_port
     else:
         second = port and port_behind(port)
     notes: deque[Note] = deque(maxlen=_MOST_NOTES)
-    refused = None
-    if keys:
-        refused = revoked_keys(keys, revoked)
     with holding_hardware() as ending, ExitStack() as resources:
         commands, telemetry = (resources.enter_context(bind(host, port_wanted)) for port_wanted in (port, second))
         pages.check_reach(commands, keys, insecure_lan, "address-without-keys", "serve-insecure")
@@ -115,17 +111,14 @@ def _serve(
         page = None
         if web is not None:
             page = resources.enter_context(bind(host, web))
-        if page:
             pages.load_page()
         wanted = wanted._replace(insecure_lan=insecure_lan, keys=keys, revoked=revoked)
-        parts = None
+        parts = pictures = None
         if pins:
             parts = open_parts(resources, wanted, chosen, _noting(notes), battery)
-        if pins and parts:
             with needs_extra("pins", "pi"):
                 from motorcade.boards.linux.programmed_drive import open_drive
             car: DriveBoard = open_drive(parts.equipment, options.pins_at(pins), chosen, gpio_chip, watchdog)
-            pictures = None
             if page:
                 pictures = pages.open_camera(camera)
         else:

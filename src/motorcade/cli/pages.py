@@ -152,7 +152,7 @@ def _remote(
 
     check_page()
     options.exclude_each_other(https=page_keys, insecure_lan=insecure_lan)
-    named = named_cars(cars, camera or (), keys)
+    named = named_cars(cars, camera, keys)
     with bind(host, port, "remote") as listener, logging_to(log, print_problem) as record_of_drivers:
         tls = _page_tls(listener, page_keys, insecure_lan)
         url, where = page_address(listener, host, "/drive", tls)
@@ -166,7 +166,7 @@ def _remote(
         serve_alone(make_remote(settings, RemoteCars(**named)), settings, listener, ready, tls)
 
 
-def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) -> dict[str, Any]:
+def named_cars(texts: Sequence[str], cameras: Sequence[str] | None, keys: Path | None) -> dict[str, Any]:
     """The cars that the command line names, as `motorcade.server.fleet.RemoteCars` takes them.
 
     Raises MotorcadeError.
@@ -174,7 +174,7 @@ def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) 
     from motorcade.cameras.broadcast import WebCamera
     from motorcade.drive.keys import client_context, visitor_context
 
-    urls = dict(_pair(text, "not-name-and-url") for text in cameras)
+    urls = dict(_pair(text, "not-name-and-url") for text in cameras or ())
     trust = None
     if urls:
         trust = visitor_context(keys)
@@ -235,7 +235,7 @@ def _studio(
 
     check_page()
     options.exclude_each_other(https=page_keys, insecure_lan=insecure_lan)
-    named = named_cars(car or (), camera or (), keys)
+    named = named_cars(car or (), camera, keys)
     folder = library or options.own_folder() / "projects"
     token = own_token(folder)
     with _listen(host, port, token) as listener, logging_to(log, print_problem) as record_of_drivers:
@@ -282,7 +282,7 @@ def _class(
     from motorcade.drive.listener import bind
     from motorcade.fleet.places import CLASS, announced
 
-    named = named_cars(car or (), camera or (), keys)
+    named = named_cars(car or (), camera, keys)
     place = folder or options.own_folder() / "class"
     files = ClassFolder(place)
     with files.opened(), bind(host, port, "class") as listener, logging_to(log, print_problem) as record_of_drivers:

@@ -71,15 +71,14 @@ def _print_addresses(data: dict[str, Any], revoked: RevokedKeys | None, parts: "
     if "url" in data:
         more += translated("serve-page", url=data["url"])
     sentence = translated("serve-begins", **data, more=more)
+    problem = None
     if revoked:
-        if revoked.problem:
-            data["revoked_problem"] = str(revoked.problem)
-        else:
-            data["revoked_problem"] = None
+        problem = revoked.problem
+        data["revoked_problem"] = problem and str(problem)
     if parts:
         data |= {"uploads": parts.address, "store": str(parts.store)}
     print_result(data, sentence)
-    print_problem(revoked.problem if revoked else None)
+    print_problem(problem)
 
 
 @contextmanager

@@ -109,27 +109,27 @@ class Not(Condition):
 
 
 @dataclass(frozen=True, slots=True)
-class All(Condition):
+class _Several(Condition):
+    """Some conditions, which are asked in order until it is decided."""
+
+    conditions: tuple[Condition, ...]
+
+    @property
+    def parts(self) -> tuple[Condition, ...]:
+        """The conditions."""
+        return self.conditions
+
+
+class All(_Several):
     """Each of some conditions holds; they are asked in order, up to the first that doesn't."""
 
-    conditions: tuple[Condition, ...]
-
-    @property
-    def parts(self) -> tuple[Condition, ...]:
-        """The conditions."""
-        return self.conditions
+    __slots__ = ()
 
 
-@dataclass(frozen=True, slots=True)
-class AnyOf(Condition):
+class AnyOf(_Several):
     """At least one of some conditions holds; they are asked in order, up to the first that does."""
 
-    conditions: tuple[Condition, ...]
-
-    @property
-    def parts(self) -> tuple[Condition, ...]:
-        """The conditions."""
-        return self.conditions
+    __slots__ = ()
 
 
 def obstacle(level: int = 1) -> Condition:
