@@ -8,14 +8,13 @@ from pathlib import Path
 import pytest
 import serial
 
-from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore
+from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore, simulated_car
 from motorcade.boards.lines import SerialLine, TcpPort
 from motorcade.car.loop import Car
 from motorcade.config.profile import levels_of
 from motorcade.errors import MotorcadeError
 from motorcade.upload import serial_port
 from support.mock_pi import PiClock
-from support.simulated_car import simulated_car
 from support.socket_lines import without_pauses
 from support.strategies import CLASSROOM
 from support.waiting import DEADLINE_S, wait_until

@@ -19,6 +19,8 @@ NAME: Schema = allowed_as(
 )
 COUNT = whole(0, MOST_COUNT)
 PERCENT = number(1, 99)
+# Wherever a condition stands in a project file.
+CONDITION: Schema = {"$ref": "#/$defs/condition"}
 # The senses that a condition may ask, each with what its levels are called; None: it has no level.
 SENSES: dict[str, tuple[Any, ...]] = {
     "obstacle": (0, 1, 2, 3),
@@ -168,11 +170,10 @@ def _level(sense: str, name: str) -> int:
     return SENSES[sense].index(name)
 
 
-def condition_schema(reference: str) -> Schema:
-    """Return the schema of a condition; ``reference`` is where it stands itself."""
-    inner = {"$ref": reference}
-    several = list_of(inner, 1)
-    kinds = {**_SCHEMAS, "counter": NAME, "chance": PERCENT, "not": inner, "all": several, "any": several}
+def condition_schema() -> Schema:
+    """Return the schema that CONDITION refers to."""
+    several = list_of(CONDITION, 1)
+    kinds = {**_SCHEMAS, "counter": NAME, "chance": PERCENT, "not": CONDITION, "all": several, "any": several}
     kinds |= dict.fromkeys(COMPARISONS, COUNT)
     return {
         "type": "object",
