@@ -17,7 +17,7 @@ OBEYED = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066
 def test_what_a_terminal_would_obey_is_replaced_and_the_rest_stays(capsys):
     print_lines([HOSTILE])
     print_note(HOSTILE)
-    print_result(None, HOSTILE, as_json=False)
+    print_result(None, HOSTILE)
     for shown in capsys.readouterr():
         assert not OBEYED.search(shown)
         assert "[red]k[/red][link=file:///x]l" in shown
@@ -26,7 +26,7 @@ def test_what_a_terminal_would_obey_is_replaced_and_the_rest_stays(capsys):
 
 def test_cells_titles_and_captions_are_no_markup_and_keep_their_styles(capsys):
     rows = [(HOSTILE, Text(HOSTILE, style="dim"), None)]
-    print_result(None, Rows(("name", "where", "state"), rows, title=HOSTILE), as_json=False)
+    print_result(None, Rows(("name", "where", "state"), rows, title=HOSTILE))
     shown = capsys.readouterr().out
     assert not OBEYED.search(shown)
     assert shown.replace("\n", "").count("[red]") >= 1

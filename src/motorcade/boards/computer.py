@@ -8,8 +8,8 @@ import threading
 import time
 from binascii import crc32
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,6 +19,7 @@ from motorcade.car.board import VOICE_WORDS, Board
 from motorcade.car.brain import NO_LED, NO_VOICE
 from motorcade.car.loop import Car
 from motorcade.config.files import raised_as, read_bytes, replace_file
+from motorcade.config.profile import Profile, levels_of
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.packing import ImageError
@@ -297,3 +298,17 @@ def run_many(cars: Sequence[tuple[ComputerBoard, TcpPort]], stops: Callable[[], 
             if is_due or line.has_come:
                 line.has_come = False
                 car.tick()
+
+
+@contextmanager
+def simulated_car(line: WaitingLine, store: ImageStore, profile: Profile) -> Iterator[None]:
+    """Run a simulated leader in a thread of its own until the block ends. Raises StoreError."""
+    board = ComputerBoard(Equipment(True, 0, levels_of(profile), line, store.load(), store.save))
+    ended = threading.Event()
+    thread = threading.Thread(target=run, args=(board, line.wait, ended.is_set), name="simulated car", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()

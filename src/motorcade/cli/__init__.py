@@ -19,22 +19,25 @@ from typer.core import TyperOption
 from motorcade import __version__
 from motorcade.cli import car, drive, missions, pages, runs, uploads, words
 from motorcade.cli.ending import ending_as_by_ctrl_c
-from motorcade.cli.options import Json, wants_json
 from motorcade.cli.output import (
     current_language,
     is_shown_on_terminal,
     print_json,
     print_note,
     print_problem,
+    request_json,
     request_language,
     sentence_of,
     translated,
+    wants_json,
 )
 from motorcade.errors import MotorcadeError
 from motorcade.locales import FIRST, catalogue, languages, text
 from motorcade.outcomes import STOPPED, USAGE
 
 _HELP_OPTIONS = ("-h", "--help")
+# Groups of commands, which print nothing themselves, and commands that print no JSON.
+_GROUPS, _WITHOUT_JSON = ("car", "drive"), ("connect", "blink", "name")
 
 app = typer.Typer(
     name="motorcade",
@@ -58,27 +61,20 @@ def command_line() -> Any:
 
 
 def _add_common_options(command: Any) -> None:
+    is_hidden = command.name in (*_GROUPS, *_WITHOUT_JSON)
+    flag: dict[str, Any] = {"is_flag": True, "default": False, "expose_value": False, "hidden": is_hidden}
+    command.params.append(TyperOption(param_decls=["as_json", "--json"], callback=_take_json, **flag))
     # Its value is read before the command line is parsed, which may fail.
     command.params.append(TyperOption(param_decls=["--language"], type=str, default="", expose_value=False))
-    subcommands = getattr(command, "commands", {}).values()
-    if not any(parameter.name == "as_json" for parameter in command.params):
-        callback = _refuse_json
-        if subcommands:
-            callback = _pass_json_on
-        hidden: dict[str, Any] = {"is_flag": True, "default": False, "expose_value": False, "hidden": True}
-        command.params.append(TyperOption(param_decls=["--json"], callback=callback, **hidden))
-    for subcommand in subcommands:
+    for subcommand in getattr(command, "commands", {}).values():
         _add_common_options(subcommand)
 
 
-def _pass_json_on(context: typer.Context, parameter: Any, is_given: bool) -> None:
-    """Take --json for the command below."""
-    wants_json(context, is_given)
-
-
-def _refuse_json(context: typer.Context, parameter: Any, is_given: bool) -> None:
-    """Raise MotorcadeError where --json is given to a command that prints no JSON, or to one above it."""
-    if wants_json(context, is_given):
+def _take_json(context: typer.Context, parameter: Any, is_given: bool) -> None:
+    """Take --json for a command and those below it. Raises MotorcadeError where the command prints no JSON."""
+    if is_given:
+        request_json(True)
+    if wants_json() and context.command.name in _WITHOUT_JSON:
         raise MotorcadeError("no-json", command=context.command_path)
 
 
@@ -88,6 +84,7 @@ def main() -> NoReturn:
     _use_utf8()
     arguments = sys.argv[1:]
     command = command_line()
+    request_json(False)
     try:
         # The last one counts; a value may stand behind it or behind a '='.
         request_language((re.findall("(?:^|\0)--language[=\0]([^\0]*)", "\0".join(arguments)) or [""])[-1])
@@ -199,11 +196,9 @@ def _usage_sentence(message: str) -> str:
 
 
 @app.callback(invoke_without_command=True)
-def _motorcade(
-    context: typer.Context, version: Annotated[bool, typer.Option("--version")] = False, as_json: Json = False
-) -> None:
+def _motorcade(context: typer.Context, version: Annotated[bool, typer.Option("--version")] = False) -> None:
     if version:
-        if as_json:
+        if wants_json():
             print_json({"version": __version__, **_engine()})
         else:
             print(f"motorcade {__version__}")

@@ -21,6 +21,7 @@ from motorcade.cli.output import (
     print_problem,
     print_result,
     translated,
+    wants_json,
 )
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
@@ -97,7 +98,6 @@ def _run(
     watchdog: Path | None = None,
     gpio_chip: options.GpioChip = None,
     profile: str = "classroom",
-    as_json: options.Json = False,
 ) -> None:
     from motorcade.boards.computer import ComputerBoard, run
 
@@ -110,10 +110,10 @@ def _run(
     if count is not None:
         if board != "simulated" or port:
             raise MotorcadeError("count-of-simulated-cars")
-        _run_many(car, count, car_list, chosen, as_json)
+        _run_many(car, count, car_list, chosen)
         return
     with holding_hardware() as ending, ExitStack() as resources:
-        parts = open_parts(resources, car, chosen, _observer(chosen, as_json), battery)
+        parts = open_parts(resources, car, chosen, _observer(chosen), battery)
         if parts.address.startswith(_SOCKET):
             from motorcade.drive.keys import name_in
             from motorcade.fleet.places import CAR, announced
@@ -132,7 +132,7 @@ def _run(
         if parts.address:
             key = "car-takes-uploads"
         sentence = translated(key, role=Phrase(f"role-{role}"), address=parts.address, store=parts.store)
-        print_result({"role": role, "port": parts.address, "store": str(parts.store)}, sentence, as_json)
+        print_result({"role": role, "port": parts.address, "store": str(parts.store)}, sentence)
         run(made, parts.equipment.line.wait, stops)
 
 
@@ -140,7 +140,6 @@ def _run(
 def _neutral(
     pins: Annotated[Path, typer.Option(exists=True, dir_okay=False)],
     gpio_chip: options.GpioChip = None,
-    as_json: options.Json = False,
 ) -> None:
     with needs_extra("pins", "pi"):
         from motorcade.boards.linux.raspberry_pi import stop_wheels
@@ -148,14 +147,13 @@ def _neutral(
     wiring = options.pins_at(pins)
     low = stop_wheels(wiring, gpio_chip)
     sentence = translated("wheels-stopped", car=wiring.name, pins=", ".join(map(str, low)))
-    print_result({"low": low}, sentence, as_json)
+    print_result({"low": low}, sentence)
 
 
 @app.command("wiring")
 def _wiring(
     pins: Annotated[Path, typer.Argument(metavar="PINS", exists=True, dir_okay=False)],
     output: options.OptionalOutput = None,
-    as_json: options.Json = False,
 ) -> None:
     from motorcade.boards.wiring import wiring_rows, wiring_svg
 
@@ -167,7 +165,7 @@ def _wiring(
         options.write_file(output, wiring_svg(wiring, current_language()).encode(), source=pins)
         shown = translated("wires-drawn", count=len(rows), file=output)
     names = ("part", "terminal", "pin", "label", "supply", "components")
-    print_result([{name: getattr(row, name) for name in names} for row in rows], shown, as_json)
+    print_result([{name: getattr(row, name) for name in names} for row in rows], shown)
 
 
 def _stops(ending: Ending, resources: ExitStack, watchdog: Path | None) -> Callable[[], bool]:
@@ -177,7 +175,6 @@ def _stops(ending: Ending, resources: ExitStack, watchdog: Path | None) -> Calla
     armed = None
     if watchdog:
         armed = HardwareWatchdog(watchdog)
-    if armed:
         resources.callback(armed.close)
 
     def stops() -> bool:
@@ -188,14 +185,14 @@ def _stops(ending: Ending, resources: ExitStack, watchdog: Path | None) -> Calla
     return stops
 
 
-def _observer(profile: "Profile", as_json: bool) -> "Observer":
+def _observer(profile: "Profile") -> "Observer":
     """Print what the car does: a line, or a line of JSON."""
     from motorcade.cli.console import describe_control
 
     def observe(kind: str, at_ms: int, word: int, detail: int | str) -> None:
         if kind in _UNLOGGED:
             return
-        if as_json:
+        if wants_json():
             line = json_text({"t_ms": at_ms, "kind": kind, "word": word, "detail": detail})
         else:
             does = ""
@@ -208,7 +205,7 @@ def _observer(profile: "Profile", as_json: bool) -> "Observer":
     return observe
 
 
-def _run_many(car: CarOptions, count: int, car_list: Path | None, profile: "Profile", as_json: bool) -> None:
+def _run_many(car: CarOptions, count: int, car_list: Path | None, profile: "Profile") -> None:
     """Run simulated cars at as many ports; without --store they forget their images."""
     import selectors
 
@@ -240,7 +237,7 @@ def _run_many(car: CarOptions, count: int, car_list: Path | None, profile: "Prof
         if car_list:
             options.write_file(car_list, list_text(listed).encode())
         data = {"cars": count, "list": str(car_list) if car_list else None, "first": listed[0][1]}
-        print_result(data, translated("cars-run", **data), as_json)
+        print_result(data, translated("cars-run", **data))
         run_many(made, lambda: ending.is_due)
 
 

@@ -13,7 +13,7 @@ import typer
 from motorcade.cli import options, pages
 from motorcade.cli.car import BoardName, CarOptions, open_parts, revoked_keys
 from motorcade.cli.ending import holding_hardware
-from motorcade.cli.output import print_lines, print_result, quoted, translated
+from motorcade.cli.output import print_lines, print_result, quoted, translated, wants_json
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 from motorcade.sockets import port_behind
@@ -66,7 +66,6 @@ def _serve(
     mat: options.OptionalFile = None,
     program: options.OptionalFile = None,
     profile: options.ImageProfile = None,
-    as_json: options.Json = False,
 ) -> None:
     import asyncio
 
@@ -95,20 +94,16 @@ def _serve(
     measured = None
     if battery:
         measured = BatteryFile(battery)
+    tls = page_tls = refused = None
     if keys:
         tls = server_context(keys)
         page_tls = https_context(keys)
-    else:
-        tls = None
-        page_tls = None
+        refused = revoked_keys(keys, revoked)
     if telemetry_port is not None:
         second = telemetry_port
     else:
         second = port and port_behind(port)
     notes: deque[Note] = deque(maxlen=_MOST_NOTES)
-    refused = None
-    if keys:
-        refused = revoked_keys(keys, revoked)
     with holding_hardware() as ending, ExitStack() as resources:
         commands, telemetry = (resources.enter_context(bind(host, port_wanted)) for port_wanted in (port, second))
         pages.check_reach(commands, keys, insecure_lan, "address-without-keys", "serve-insecure")
@@ -116,17 +111,14 @@ def _serve(
         page = None
         if web is not None:
             page = resources.enter_context(bind(host, web))
-        if page:
             pages.load_page()
         wanted = wanted._replace(insecure_lan=insecure_lan, keys=keys, revoked=revoked)
-        parts = None
+        parts = pictures = None
         if pins:
             parts = open_parts(resources, wanted, chosen, _noting(notes), battery)
-        if pins and parts:
             with needs_extra("pins", "pi"):
                 from motorcade.boards.linux.programmed_drive import open_drive
             car: DriveBoard = open_drive(parts.equipment, options.pins_at(pins), chosen, gpio_chip, watchdog)
-            pictures = None
             if page:
                 pictures = pages.open_camera(camera)
         else:
@@ -148,8 +140,8 @@ def _serve(
             name = parts.equipment.name
         (host, port), (_, telemetry_port) = (listener.getsockname()[:2] for listener in (commands, telemetry))
         with announced(DRIVE, name, (host, port), notes.append, telemetry=telemetry_port, keys=name_in(keys)):
-            asyncio.run(serve(clients, (commands, telemetry), tls, serve_page, parts, notes, ending, as_json))
-        if not as_json:
+            asyncio.run(serve(clients, (commands, telemetry), tls, serve_page, parts, notes, ending))
+        if not wants_json():
             print_lines([translated("serve-ended")])
 
 
@@ -225,7 +217,6 @@ def _send(
     telemetry_port: options.OptionalTcpPort = None,
     keys: Path | None = None,
     car_name: CarName = None,
-    as_json: options.Json = False,
 ) -> None:
     from motorcade.drive.blocking_client import BlockingDriveClient
 
@@ -236,7 +227,7 @@ def _send(
         seconds = sum(seconds for seconds, _ in parsed)
         if telemetry_port == 0:
             # Such a car doesn't say what became of the commands.
-            print_result({"seconds": seconds}, translated("drive-sent-unseen", seconds=seconds, car=car), as_json)
+            print_result({"seconds": seconds}, translated("drive-sent-unseen", seconds=seconds, car=car))
             return
         telemetry = client.next_telemetry()
         if not client.you.get("applied"):
@@ -248,7 +239,7 @@ def _send(
                 raise MotorcadeError("is-discharged", car=car, battery_mv=telemetry.battery_mv)
             raise MotorcadeError("another-drives", car=car, driver=telemetry.driver or "?")
     state = Phrase(f"car-state-{telemetry.state}")
-    print_result(telemetry._asdict(), translated("drive-sent", seconds=seconds, car=car, state=state), as_json)
+    print_result(telemetry._asdict(), translated("drive-sent", seconds=seconds, car=car, state=state))
 
 
 @app.command("keys")
@@ -258,7 +249,6 @@ def _keys(
     driver: list[str] | None = None,
     revoke: Annotated[list[str] | None, typer.Option(metavar="NAME_OR_SERIAL")] = None,
     list_all: Annotated[bool, typer.Option("--list")] = False,
-    as_json: options.Json = False,
 ) -> None:
     with needs_extra("making-keys", "drive"):
         from motorcade.drive.certificates import CarKeys, make_keys, revoke_drivers
@@ -267,12 +257,12 @@ def _keys(
     for named in ({"car": car}, {"driver": driver}):
         options.exclude_each_other(revoke=revoke, list=list_all, **named)
     if list_all:
-        _list_keys(folder, as_json)
+        _list_keys(folder)
         return
     if revoke:
         file = revoke_drivers(folder, revoke)
         sentence = translated("keys-revoked", names=", ".join(revoke), file=file)
-        print_result({"revoked": revoke, "file": str(file)}, sentence, as_json)
+        print_result({"revoked": revoke, "file": str(file)}, sentence)
         return
     if not car and not driver:
         raise MotorcadeError("nobody-named")
@@ -284,10 +274,10 @@ def _keys(
     if not (folder / REVOKED).exists():
         write_revoked(folder / REVOKED, {})
     sentence = translated("keys-made", car=quoted(folder / "car-….pem"), driver=quoted(folder / "driver-….pem"))
-    print_result(made, "\n".join([*made, sentence]), as_json)
+    print_result(made, "\n".join([*made, sentence]))
 
 
-def _list_keys(folder: Path, as_json: bool) -> None:
+def _list_keys(folder: Path) -> None:
     from motorcade.drive.certificates import list_keys
 
     rows = []
@@ -301,8 +291,8 @@ def _list_keys(folder: Path, as_json: bool) -> None:
             key = "keys-listed-revoked"
         rows.append(row)
         lines.append(translated(key, **row | {"role": Phrase(f"role-{made.role}")}))
-    if rows or as_json:
-        print_result(rows, "\n".join(lines), as_json)
+    if rows or wants_json():
+        print_result(rows, "\n".join(lines))
 
 
 def _options(telemetry_port: int | None, keys: Path | None, name: str | None) -> dict[str, Any]:

@@ -28,6 +28,7 @@ from motorcade.cli.output import (
     print_table,
     sentence_of,
     translated,
+    wants_json,
 )
 from motorcade.drive.keys import client_context
 from motorcade.errors import MotorcadeError, Phrase
@@ -52,7 +53,7 @@ _MOST_PROBLEMS = 20
 _COLUMNS = ("name", "number", "role", "board", "where", "program", "state", "battery", "version", "seen")
 
 
-async def load(image: bytes, names: Sequence[str], search: Lookup, baud: int, resume: bool, as_json: bool) -> None:
+async def load(image: bytes, names: Sequence[str], search: Lookup, baud: int, resume: bool) -> None:
     """Upload to many cars, and print a verdict for each; end with an exit code unless all have it."""
     checksum = f"{crc32(image):08x}"
     async with _looking(search, names, baud) as (cars, finder):
@@ -81,7 +82,7 @@ async def load(image: bytes, names: Sequence[str], search: Lookup, baud: int, re
         if verdict.error and not isinstance(verdict.error, CarAwayError):
             why = sentence_of(verdict.error)
         rows.append((verdict.car, verdict.where, f"{holds}\n{why}".strip()))
-    print_result(data, Rows(("name", "where", "verdict"), rows), as_json)
+    print_result(data, Rows(("name", "where", "verdict"), rows))
     failed = [verdict.error for verdict in verdicts if verdict.error]
     if failed:
         raise typer.Exit(failed[0].exit_code)
@@ -131,7 +132,7 @@ async def _found(cars: Cars, names: Sequence[str], search: Lookup) -> None:
     cars.named(names)
 
 
-async def order(kind: str, search: Lookup, as_json: bool) -> None:
+async def order(kind: str, search: Lookup) -> None:
     """Stop all cars that are found, or let them go; then tell which haven't confirmed it."""
     async with _looking(search) as (cars, finder):
         begin_s = time.monotonic()
@@ -150,7 +151,7 @@ async def order(kind: str, search: Lookup, as_json: bool) -> None:
         lines[0] += " " + translated("cars-missing", names=", ".join(names[:_MOST_PROBLEMS]), count=len(missing))
         problems = [(car.name, sentence_of(car.problem)) for car in missing if car.problem]
         lines += [f"{name}: {problem}" for name, problem in problems[:_MOST_PROBLEMS]]
-    print_result({"cars": count, "missing": names}, "\n".join(lines), as_json)
+    print_result({"cars": count, "missing": names}, "\n".join(lines))
     if missing or not is_whole:
         raise typer.Exit(NO_ANSWER)
 
@@ -168,14 +169,14 @@ def _program_names() -> dict[str, str]:
     return names
 
 
-async def print_cars(search: Lookup, as_json: bool) -> None:
+async def print_cars(search: Lookup) -> None:
     """Print once what is known of all cars."""
     programs = _program_names()
     async with _looking(search) as (cars, finder):
         await asyncio.sleep(search.listen_s)
         await cars.known(search.seconds - search.listen_s)
         statuses = cars.statuses()
-    if not as_json:
+    if not wants_json():
         print_table(_table(statuses, finder, programs))
         return
     print_problem(finder.problem)

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from motorcade.cli.options import Jobs, Json, NumberOption, own_world, write_file
-from motorcade.cli.output import Rows, current_language, print_lines, print_note, print_result, translated
+from motorcade.cli.options import Jobs, NumberOption, own_world, write_file
+from motorcade.cli.output import Rows, current_language, print_lines, print_note, print_result, translated, wants_json
 from motorcade.cli.runs import ended_by_sentences
 from motorcade.config.files import raised_as
 from motorcade.errors import MotorcadeError, Phrase
@@ -27,7 +27,7 @@ app = typer.Typer()
 
 
 @app.command("missions")
-def _missions(as_json: Json = False) -> None:
+def _missions() -> None:
     from motorcade.missions.document import LITERATURE, missions, shortest_programs
 
     found = missions() + missions(LITERATURE)
@@ -57,7 +57,7 @@ def _missions(as_json: Json = False) -> None:
     ]
     columns = ("path", "mission", "name", "stars", "shortest")
     title = translated("missions-title", count=len(found))
-    print_result(data, Rows(columns, rows, ("path", "mission", "stars"), title), as_json)
+    print_result(data, Rows(columns, rows, ("path", "mission", "stars"), title))
 
 
 @app.command("check")
@@ -65,14 +65,13 @@ def _check(
     mission: Annotated[str, typer.Argument(metavar="MISSION")],
     program: Annotated[str, typer.Argument(metavar="PROGRAM")],
     output: Annotated[Path | None, typer.Option("-o", "--output", dir_okay=False)] = None,
-    as_json: Json = False,
 ) -> None:
     wanted = _named(mission)
     with needs_extra("simulating", "world"):
         if Path(program).is_dir():
-            passed = _check_folder(wanted, Path(program), output, as_json)
+            passed = _check_folder(wanted, Path(program), output)
         else:
-            passed = _check_program(wanted, program, as_json)
+            passed = _check_program(wanted, program)
     raise typer.Exit(FINE if passed else PROGRAM_ERROR)
 
 
@@ -86,7 +85,6 @@ def _search(
     jobs: Jobs = 0,
     scheduler: str = "",
     ahead: Annotated[int, typer.Option(min=1, max=10_000)] = 8,
-    as_json: Json = False,
 ) -> None:
     wanted = _named(mission)
     folder = output or Path(f"{wanted.id}-search")
@@ -130,8 +128,8 @@ def _search(
     ]
     columns = ("grade", "stars", "blocks", "coverage", "words-a-minute", "project")
     data = {"runs": search.done, "shortest": shortest, "picture": str(picture), "best": best}
-    print_result(data, Rows(columns, rows, ["project"], translated("search-title", **title)), as_json)
-    if not as_json:
+    print_result(data, Rows(columns, rows, ["project"], translated("search-title", **title)))
+    if not wants_json():
         if shortest:
             line = translated("search-shortest", count=shortest)
         else:
@@ -164,7 +162,7 @@ def _result(mission: "Mission", program: str) -> "Result":
     return check_file(mission, path)
 
 
-def _check_folder(mission: "Mission", folder: Path, output: Path | None, as_json: bool) -> bool:
+def _check_folder(mission: "Mission", folder: Path, output: Path | None) -> bool:
     """Check all files of a folder, write the report, and print it; return whether each has a star."""
     from motorcade.cli.console import progress_bar
     from motorcade.missions.report import REPORTS, checked_file, files_of, to_csv, to_html
@@ -197,13 +195,13 @@ def _check_folder(mission: "Mission", folder: Path, output: Path | None, as_json
             cells.append((file.name, _stars(found["stars"]), lost))
     title = translated("check-folder-title", name=mission.name, folder=folder)
     shown = Rows(("file", "stars", "why"), cells, ["stars"], title)
-    print_result({"page": str(page), "table": str(table), "files": data}, shown, as_json)
-    if not as_json:
+    print_result({"page": str(page), "table": str(table), "files": data}, shown)
+    if not wants_json():
         print_lines([translated("check-folder-written", page=page, table=table)])
     return all(file.passes for file in checked)
 
 
-def _check_program(mission: "Mission", program: str, as_json: bool) -> bool:
+def _check_program(mission: "Mission", program: str) -> bool:
     """Check one program, and print which goals it meets; return whether it has a star. Raises MotorcadeError."""
     from motorcade.missions.report import asked_goals
 
@@ -225,7 +223,7 @@ def _check_program(mission: "Mission", program: str, as_json: bool) -> bool:
         rows.append((_stars(goal.star), asked, met, f"{goal.grade:.2f}", time, goal.why.sentence(language)))
     columns = ("star", "goal", "result", "grade", "time", "why")
     title = translated("check-title", name=mission.name, stars=_stars(len(result.stars)))
-    print_result(result.to_dict(language), Rows(columns, rows, columns[:1] + columns[2:5], title), as_json)
+    print_result(result.to_dict(language), Rows(columns, rows, columns[:1] + columns[2:5], title))
     return bool(result.stars)
 
 

@@ -26,21 +26,9 @@ _MOST_OF_A_NUMBER = 80
 DRIVE_SCHEME = "drive://"
 # A list of cars in the folder where a command runs is read without being named.
 _USUAL_LIST = Path("cars.toml")
-# In what a command shares with those below it: present where --json is given.
-_JSON = "motorcade.json"
 # The least time for which a command listens for announcements of cars.
 _LISTEN_S = 1.5
 
-
-def wants_json(context: typer.Context, is_given: bool) -> bool:
-    """Return whether --json is given, to this command or to one above it."""
-    if is_given:
-        context.meta[_JSON] = True
-    return _JSON in context.meta
-
-
-# Whether to print JSON. Everything else that commands print is for people, in pipes too.
-Json = Annotated[bool, typer.Option("--json", callback=wants_json)]
 # As pages show an IPv6 address, it has brackets.
 Host = Annotated[str, typer.Option(callback=lambda host: host.strip("[]"))]
 ExistingFile = Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True)]

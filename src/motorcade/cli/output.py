@@ -1,4 +1,4 @@
-"""What commands print, and its language: that of --language, or else the system's.
+"""What commands print: JSON where --json is given; and its language: that of --language, or else the system's.
 
 What is printed may hold what a car, a server or a file's name says. A terminal obeys some characters, and some change
 the order of others; here, where text leaves the program, `plain` replaces them, and none is read as Rich's markup.
@@ -34,6 +34,8 @@ _STYLES = {"error": "bold red", "warning": "bold yellow"}
 
 # That of --language, empty for none; all threads print notes in it.
 _requested = ""
+# Whether --json is given, to the command or to one above it. Everything else is for people, in pipes too.
+_is_json = False
 
 
 def request_language(language: str) -> None:
@@ -42,6 +44,17 @@ def request_language(language: str) -> None:
     if language and language not in languages():
         raise MotorcadeError("unknown-language", language=language, languages=", ".join(languages()))
     _requested = language
+
+
+def request_json(is_wanted: bool) -> None:
+    """Take --json; without it what commands print is for people."""
+    global _is_json
+    _is_json = is_wanted
+
+
+def wants_json() -> bool:
+    """Return whether --json is given."""
+    return _is_json
 
 
 def current_language() -> str:
@@ -157,9 +170,9 @@ class Rows(NamedTuple):
     title: str | None = None
 
 
-def print_result(data: Any, shown: str | Rows, as_json: bool) -> None:
-    """Print ``data`` as JSON; or else a sentence, or a table."""
-    if as_json:
+def print_result(data: Any, shown: str | Rows) -> None:
+    """Print ``data`` as JSON where that is wanted; or else a sentence, or a table."""
+    if wants_json():
         print_json(data)
     elif isinstance(shown, str):
         print_lines([shown])

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from motorcade.cli import options
-from motorcade.cli.output import print_lines, print_problem, print_result, quoted, sentence_of, translated
+from motorcade.cli.output import print_lines, print_problem, print_result, quoted, sentence_of, translated, wants_json
 from motorcade.config.files import raised_as
 from motorcade.errors import MotorcadeError
 from motorcade.extras import needs_extra
@@ -140,7 +140,6 @@ def _remote(
     page_keys: options.PageKeys = None,
     insecure_lan: options.InsecureLan = False,
     log: options.LogFile = None,
-    as_json: options.Json = False,
 ) -> None:
     with needs_extra("remote", "drive"):
         from motorcade.server.fleet import RemoteCars
@@ -153,7 +152,7 @@ def _remote(
 
     check_page()
     options.exclude_each_other(https=page_keys, insecure_lan=insecure_lan)
-    named = named_cars(cars, camera or (), keys)
+    named = named_cars(cars, camera, keys)
     with bind(host, port, "remote") as listener, logging_to(log, print_problem) as record_of_drivers:
         tls = _page_tls(listener, page_keys, insecure_lan)
         url, where = page_address(listener, host, "/drive", tls)
@@ -162,12 +161,12 @@ def _remote(
 
         def ready() -> None:
             sentence = translated("remote-is-ready", cars=", ".join(names), url=url)
-            print_result({"url": url, "cars": names}, sentence, as_json)
+            print_result({"url": url, "cars": names}, sentence)
 
         serve_alone(make_remote(settings, RemoteCars(**named)), settings, listener, ready, tls)
 
 
-def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) -> dict[str, Any]:
+def named_cars(texts: Sequence[str], cameras: Sequence[str] | None, keys: Path | None) -> dict[str, Any]:
     """The cars that the command line names, as `motorcade.server.fleet.RemoteCars` takes them.
 
     Raises MotorcadeError.
@@ -175,7 +174,7 @@ def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) 
     from motorcade.cameras.broadcast import WebCamera
     from motorcade.drive.keys import client_context, visitor_context
 
-    urls = dict(_pair(text, "not-name-and-url") for text in cameras)
+    urls = dict(_pair(text, "not-name-and-url") for text in cameras or ())
     trust = None
     if urls:
         trust = visitor_context(keys)
@@ -224,7 +223,6 @@ def _studio(
     insecure_lan: options.InsecureLan = False,
     log: options.LogFile = None,
     no_browser: options.NoBrowser = False,
-    as_json: options.Json = False,
 ) -> None:
     with needs_extra("studio", "studio"):
         import motorcade.engine.webassembly  # noqa: F401  # before the page asks for a world
@@ -237,7 +235,7 @@ def _studio(
 
     check_page()
     options.exclude_each_other(https=page_keys, insecure_lan=insecure_lan)
-    named = named_cars(car or (), camera or (), keys)
+    named = named_cars(car or (), camera, keys)
     folder = library or options.own_folder() / "projects"
     token = own_token(folder)
     with _listen(host, port, token) as listener, logging_to(log, print_problem) as record_of_drivers:
@@ -248,7 +246,7 @@ def _studio(
 
         def ready() -> None:
             sentence = translated("studio-is-ready", url=url, folder=folder)
-            print_result({"url": url, "library": str(folder)}, sentence, as_json)
+            print_result({"url": url, "library": str(folder)}, sentence)
             if not no_browser:
                 open_browser(url)
 
@@ -269,7 +267,6 @@ def _class(
     car_list: options.CarListOption = None,
     log: options.LogFile = None,
     no_browser: options.NoBrowser = False,
-    as_json: options.Json = False,
 ) -> None:
     with needs_extra("class", "class"):
         import motorcade.engine.webassembly  # noqa: F401  # before a page asks for a world
@@ -285,7 +282,7 @@ def _class(
     from motorcade.drive.listener import bind
     from motorcade.fleet.places import CLASS, announced
 
-    named = named_cars(car or (), camera or (), keys)
+    named = named_cars(car or (), camera, keys)
     place = folder or options.own_folder() / "class"
     files = ClassFolder(place)
     with files.opened(), bind(host, port, "class") as listener, logging_to(log, print_problem) as record_of_drivers:
@@ -336,8 +333,8 @@ def _class(
                 lines.append(sentence_of(files.problem))
             if reaches_others and not https:
                 lines.append(translated("class-insecure"))
-            print_result(found, "\n".join(lines), as_json)
-            if not as_json:
+            print_result(found, "\n".join(lines))
+            if not wants_json():
                 print_lines([qr_for_terminal(join_url(addresses[0], code))])
             if not no_browser:
                 open_browser(teacher)
@@ -347,7 +344,7 @@ def _class(
 
 
 @studio_app.command("site")
-def _site(output: options.Output, as_json: options.Json = False) -> None:
+def _site(output: options.Output) -> None:
     with needs_extra("site", "studio"):
         from motorcade.browser.site import site_files, write_site
 
@@ -357,7 +354,7 @@ def _site(output: options.Output, as_json: options.Json = False) -> None:
     size = sum(map(len, files.values()))
     details = {"files": count, "megabytes": f"{size / 1e6:.1f}"}
     sentence = translated("site-is-written", folder=output, argument=quoted(output), **details)
-    print_result({"folder": str(output), "files": count, "bytes": size}, sentence, as_json)
+    print_result({"folder": str(output), "files": count, "bytes": size}, sentence)
 
 
 def own_token(folder: Path) -> str:

@@ -22,6 +22,7 @@ from motorcade.cli.output import (
     print_table,
     sentence_of,
     translated,
+    wants_json,
 )
 from motorcade.config.files import raised_as
 from motorcade.errors import InputError, MotorcadeError, Phrase
@@ -51,7 +52,6 @@ def _simulate(
     mat: Path | None = None,
     record: list[Path] | None = None,
     profile: options.ImageProfile = None,
-    as_json: options.Json = False,
 ) -> None:
     image, chosen = options.image_for(source, profile)
     if math.isnan(seconds):
@@ -88,19 +88,19 @@ def _simulate(
         with progress_bar("done", total_ms) as advance, drawing_texts() if drawings else nullcontext():
             run = simulate(image, followers, seconds, seed, chosen, place, files, advance)
     print_unheard(run)
-    if as_json:
+    if wants_json():
         print_json(run_as_dict(run))
     else:
         print_table(run_tables(run))
 
 
 @app.command("replay")
-def _replay(run: RunFile, output: options.OptionalOutput = None, as_json: options.Json = False) -> None:
+def _replay(run: RunFile, output: options.OptionalOutput = None) -> None:
     with needs_extra("replaying", "runs"):
         from motorcade.runs.recorder import open_recording
 
         recording = open_recording(run)
-        if as_json:
+        if wants_json():
             lines = _json_lines(recording)
         else:
             lines = _text_lines(recording)
@@ -112,7 +112,7 @@ def _replay(run: RunFile, output: options.OptionalOutput = None, as_json: option
 
 
 @app.command("plot")
-def _plot(run: RunFile, output: options.Output, speed: float = 1, as_json: options.Json = False) -> None:
+def _plot(run: RunFile, output: options.Output, speed: float = 1) -> None:
     if not math.isfinite(speed) or not 0.001 <= speed <= 100_000:
         raise InputError("option-not-allowed", option="--speed", value=f"{speed:g}", allowed="0.001 to 100000")
     with needs_extra("drawing", "runs"):
@@ -122,7 +122,7 @@ def _plot(run: RunFile, output: options.Output, speed: float = 1, as_json: optio
         recording = open_recording(run)
         with progress_bar("drawn", recording.last_ms) as advance, drawing_texts():
             draw(recording, output, advance, speed)
-    print_result({"picture": str(output)}, translated("run-is-drawn", picture=output), as_json)
+    print_result({"picture": str(output)}, translated("run-is-drawn", picture=output))
     print_problem(recording.damage)
 
 
@@ -168,7 +168,6 @@ def _sweep(
     jobs: options.Jobs = 0,
     scheduler: str = "",
     capsule: Annotated[Path | None, typer.Option(dir_okay=False)] = None,
-    as_json: options.Json = False,
 ) -> None:
     with ended_by_sentences(output):
         from motorcade.cli.console import progress_bar
@@ -194,7 +193,7 @@ def _sweep(
         lines.append(translated("capsule-is-written", capsule=capsule))
         if not plan.sweep.citation.get("authors"):
             lines.append(translated("capsule-without-authors", spec=spec))
-    print_result(result, "\n".join(lines), as_json)
+    print_result(result, "\n".join(lines))
 
 
 @app.command("verify")
@@ -202,7 +201,6 @@ def _verify(
     capsule: Annotated[Path, typer.Argument(metavar="CAPSULE.zip", exists=True, dir_okay=False, readable=True)],
     sample: Annotated[int | None, typer.Option(min=1)] = None,
     jobs: options.Jobs = 0,
-    as_json: options.Json = False,
 ) -> None:
     with ended_by_sentences(capsule, "verify"):
         from motorcade.cli.console import progress_bar
@@ -211,11 +209,11 @@ def _verify(
 
         runs, difference = verify(capsule, sample, on_this_computer(jobs), progress_bar)
     if difference is None:
-        print_result({"runs": runs, "equal": True}, translated("capsule-is-equal", runs=runs), as_json)
+        print_result({"runs": runs, "equal": True}, translated("capsule-is-equal", runs=runs))
         return
     details = difference._asdict()
     result = {"runs": runs, "equal": False, **details, "point": sentence_of(difference.point)}
-    print_result(result, translated("capsule-differs", runs=runs, **details), as_json)
+    print_result(result, translated("capsule-differs", runs=runs, **details))
     raise typer.Exit(PROGRAM_ERROR)
 
 

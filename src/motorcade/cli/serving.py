@@ -35,7 +35,6 @@ async def serve(
     parts: "CarParts | None",
     notes: deque[Note],
     ending: Ending,
-    as_json: bool,
 ) -> None:
     """Serve a car until a signal ends it.
 
@@ -47,7 +46,6 @@ async def serve(
         parts: a real car's equipment; None for a simulated car.
         notes: sentences for the log; other threads append to it.
         ending: tells when a signal comes.
-        as_json: prints JSON when the car takes commands.
     """
     control = clients.control
     ended = asyncio.Event()
@@ -62,28 +60,25 @@ async def serve(
         resources.enter_context(_logging(control.telemetry, notes))
         (host, port), (_, telemetry_port) = (listener.address for listener in listeners)
         addresses = {"host": host, "port": port, "telemetry_port": telemetry_port, "tls": tls is not None}
-        _print_addresses(addresses | ({"url": url} if url else {}), clients.revoked, parts, as_json)
+        _print_addresses(addresses | ({"url": url} if url else {}), clients.revoked, parts)
         await ended.wait()
 
 
-def _print_addresses(
-    data: dict[str, Any], revoked: RevokedKeys | None, parts: "CarParts | None", as_json: bool
-) -> None:
+def _print_addresses(data: dict[str, Any], revoked: RevokedKeys | None, parts: "CarParts | None") -> None:
     more = ""
     if parts and parts.address:
         more = translated("serve-uploads", address=parts.address)
     if "url" in data:
         more += translated("serve-page", url=data["url"])
     sentence = translated("serve-begins", **data, more=more)
+    problem = None
     if revoked:
-        if revoked.problem:
-            data["revoked_problem"] = str(revoked.problem)
-        else:
-            data["revoked_problem"] = None
+        problem = revoked.problem
+        data["revoked_problem"] = problem and str(problem)
     if parts:
         data |= {"uploads": parts.address, "store": str(parts.store)}
-    print_result(data, sentence, as_json)
-    print_problem(revoked.problem if revoked else None)
+    print_result(data, sentence)
+    print_problem(problem)
 
 
 @contextmanager

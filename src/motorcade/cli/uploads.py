@@ -22,6 +22,7 @@ from motorcade.cli.output import (
     print_result,
     sentence_of,
     translated,
+    wants_json,
 )
 from motorcade.config.files import raised_as
 from motorcade.errors import InputError, MotorcadeError, Phrase
@@ -49,7 +50,7 @@ cars_app = typer.Typer()
 
 
 @app.command("ports")
-def _ports(as_json: options.Json = False) -> None:
+def _ports() -> None:
     from motorcade.upload.serial_port import BARE, ports
 
     found = ports()
@@ -59,7 +60,7 @@ def _ports(as_json: options.Json = False) -> None:
         lines = [translated("no-car-plugged-in")]
     lines += [f"{port.device}  {port.title or translated('port-unknown')}" for port in found]
     rows = [{name: getattr(port, name) for name in names} for port in found]
-    print_result(rows, "\n".join(lines), as_json)
+    print_result(rows, "\n".join(lines))
 
 
 @app.command("upload")
@@ -74,7 +75,6 @@ def _upload(
     no_verify: Annotated[bool, typer.Option("--no-verify")] = False,
     dry_run: options.DryRun = False,
     profile: options.ImageProfile = None,
-    as_json: options.Json = False,
 ) -> None:
     image, chosen = options.image_for(source, profile)
     if to:
@@ -84,7 +84,7 @@ def _upload(
         from motorcade.cli.fleet import load
 
         search = options.Lookup(car_list, keys, seconds)
-        asyncio.run(load(image, to, search, chosen.serial.baud, resume, as_json))
+        asyncio.run(load(image, to, search, chosen.serial.baud, resume))
         return
     if resume or car_list or keys:
         raise MotorcadeError("options-need-to")
@@ -94,14 +94,14 @@ def _upload(
         size = len(image)
         checksum = f"{crc32(image):08x}"
         plan = {"port": port, "bytes": size, "words": size // 4, "crc32": checksum, "baud": baud}
-        print_result({**plan, "sent": False}, translated("upload-planned", **plan), as_json)
+        print_result({**plan, "sent": False}, translated("upload-planned", **plan))
         return
     answer = _send(port, image, baud, verify=not no_verify)
     key = "upload-verified"
     if no_verify:
         key = "upload-not-verified"
     done = {"port": port, "bytes": len(image), "verified": not no_verify, "answer": answer}
-    print_result(done, translated(key, count=len(image), port=port, answer=answer), as_json)
+    print_result(done, translated(key, count=len(image), port=port, answer=answer))
 
 
 @app.command("calibrate")
@@ -111,7 +111,6 @@ def _calibrate(
     no_upload: Annotated[bool, typer.Option("--no-upload")] = False,
     equal: Annotated[bool, typer.Option("--equal")] = False,
     profile: str = "classroom",
-    as_json: options.Json = False,
 ) -> None:
     from motorcade.config.calibration import CalibrationMove, measured_profile, profile_text, told
     from motorcade.service.calibration import move_image
@@ -136,7 +135,7 @@ def _calibrate(
     if equal:
         written = "equal-profile-written"
     lines = [*map(sentence_of, told(found)), translated(written, file=output)]
-    print_result({"file": str(output), **asdict(found)}, "\n".join(lines), as_json)
+    print_result({"file": str(output), **asdict(found)}, "\n".join(lines))
 
 
 # What a person types to measure the move before once more.
@@ -181,9 +180,7 @@ def _measured(send: "Callable[[CalibrationMove], None]") -> "Calibration":
 
 
 @app.command("readback")
-def _readback(
-    output: options.Output, port: options.PortOption = "", profile: str = "classroom", as_json: options.Json = False
-) -> None:
+def _readback(output: options.Output, port: options.PortOption = "", profile: str = "classroom") -> None:
     from motorcade.upload.serial_port import readback
 
     baud = options.profile_named(profile).serial.baud
@@ -191,7 +188,7 @@ def _readback(
     image = readback(port, baud, _print_retry)
     options.write_file(output, image)
     done = {"port": port, "bytes": len(image), "file": str(output)}
-    print_result(done, translated("image-read-back", count=len(image), port=port, file=output), as_json)
+    print_result(done, translated("image-read-back", count=len(image), port=port, file=output))
 
 
 @app.command("install-firmware")
@@ -210,7 +207,6 @@ def _install_firmware(
     check: Annotated[bool, typer.Option("--check")] = False,
     dry_run: options.DryRun = False,
     profile: str = "",
-    as_json: options.Json = False,
 ) -> None:
     options.exclude_each_other(car=car, chip=chip)
     wired = _wired(car, pins)
@@ -249,7 +245,7 @@ def _install_firmware(
         lines = [f"{size:7} {path}" for path, size in sizes.items()]
         lines.append(translated("nothing-copied", bytes=sum(sizes.values()), files=len(sizes)))
         listed = [{"path": path, "bytes": size} for path, size in sizes.items()]
-        print_result({"files": listed, "settings": settings}, "\n".join(lines), as_json)
+        print_result({"files": listed, "settings": settings}, "\n".join(lines))
         return
     port = port or likely_port(ports()).device
     with progress_bar("copied", 100) as advance:
@@ -260,7 +256,7 @@ def _install_firmware(
         key = "files-copied"
     firmware, _ = MICROPYTHON[done.chip]
     sentence = translated(key, **data | {"chip": firmware.title, "role": Phrase(f"role-{chosen_role}")})
-    print_result(data, sentence, as_json)
+    print_result(data, sentence)
 
 
 @app.command("arduino-library")
@@ -272,7 +268,6 @@ def _arduino_library(
     number: options.NumberOption = 1,
     voice_map: options.OptionalFile = None,
     profile: str = "",
-    as_json: options.Json = False,
 ) -> None:
     from motorcade.config.pins import load_voice_map
     from motorcade.firmware.arduino_library import OWN_SKETCH, library_files, sketch_files, write_library
@@ -293,7 +288,7 @@ def _arduino_library(
     sketch = "Uno / Mega / mBot"
     if wired:
         sketch = OWN_SKETCH
-    print_result(data, translated("library-written", output=output, files=len(files), sketch=sketch), as_json)
+    print_result(data, translated("library-written", output=output, files=len(files), sketch=sketch))
 
 
 def _wired(car: str, pins: Path | None) -> "PinMap | None":
@@ -327,7 +322,6 @@ def _cars(
     car_list: options.CarListOption = None,
     keys: options.OptionalFile = None,
     seconds: options.SecondsOption = 4.0,
-    as_json: options.Json = False,
 ) -> None:
     if context.invoked_subcommand is None:
         import asyncio
@@ -335,10 +329,10 @@ def _cars(
         from motorcade.cli.fleet import print_cars, show_cars
 
         search = options.Lookup(car_list, keys, seconds)
-        if is_shown_on_terminal() and not as_json:
+        if is_shown_on_terminal() and not wants_json():
             asyncio.run(show_cars(search))
         else:
-            asyncio.run(print_cars(search, as_json))
+            asyncio.run(print_cars(search))
 
 
 @cars_app.command("blink")
@@ -377,7 +371,7 @@ def _name(
 
 
 @cars_app.command("shop")
-def _shop(as_json: options.Json = False) -> None:
+def _shop() -> None:
     from motorcade.firmware.shop import described, shop_cars
 
     cars = [described(name) for name in shop_cars()]
@@ -385,7 +379,7 @@ def _shop(as_json: options.Json = False) -> None:
     for car in cars:
         can = ", ".join(translated(f"shop-car-{ability}") for ability in car["can"])
         rows.append((car["name"], car["title"], car["chip"], can))
-    print_result(cars, Rows(("name", "car", "board", "can"), rows), as_json)
+    print_result(cars, Rows(("name", "car", "board", "can"), rows))
     for car in cars:
         if car["unconfirmed"]:
             print_note(translated("shop-car-unconfirmed", car=car["title"], parts=", ".join(car["unconfirmed"])))
@@ -396,13 +390,12 @@ def _ordering(kind: str) -> Callable[..., None]:
         car_list: options.CarListOption = None,
         keys: options.OptionalFile = None,
         seconds: options.SecondsOption = 4.0,
-        as_json: options.Json = False,
     ) -> None:
         import asyncio
 
         from motorcade.cli.fleet import order
 
-        asyncio.run(order(kind, options.Lookup(car_list, keys, seconds), as_json))
+        asyncio.run(order(kind, options.Lookup(car_list, keys, seconds)))
 
     return order_all
 

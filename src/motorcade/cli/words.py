@@ -6,7 +6,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from motorcade.cli import options
-from motorcade.cli.output import current_language, print_diagnostics, print_json, print_lines, print_table, translated
+from motorcade.cli.output import (
+    current_language,
+    print_diagnostics,
+    print_json,
+    print_lines,
+    print_result,
+    print_table,
+    translated,
+    wants_json,
+)
 from motorcade.config.files import raised_as
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.outcomes import PROGRAM_ERROR
@@ -30,7 +39,6 @@ FormatName = Annotated[str, typer.Argument(metavar="FORMAT")]
 def _encode(
     word_format: FormatName,
     values: Annotated[list[str] | None, typer.Argument(metavar="NAME=VALUE...")] = None,
-    as_json: options.Json = False,
 ) -> None:
     from motorcade.words.formats import format_named
 
@@ -46,7 +54,7 @@ def _encode(
             raise MotorcadeError("field-given-twice", field=name)
         fields[name] = options.whole_number(value, name)
     word = chosen.complete(chosen.encode(**fields))
-    if as_json:
+    if wants_json():
         print_json({"word": word, "hex": f"0x{word:08X}", "bits": f"{word:032b}"})
     else:
         from motorcade.cli.console import coloured_bits
@@ -58,7 +66,6 @@ def _encode(
 def _decode(
     word_format: FormatName,
     words: Annotated[list[str], typer.Argument(metavar="WORD...")],
-    as_json: options.Json = False,
 ) -> None:
     from motorcade.words.formats import format_named
 
@@ -70,7 +77,7 @@ def _decode(
         if -(1 << 31) <= number < 0:
             word = number + (1 << 32)
         decoded.append((word, chosen.decode(word), chosen.warnings(word)))
-    if as_json:
+    if wants_json():
         rows = []
         for word, values, warnings in decoded:
             texts = [str(warning) for warning in warnings]
@@ -85,9 +92,7 @@ def _decode(
 
 
 @app.command("compile")
-def _compile(
-    project: options.ExistingFile, output: options.OptionalOutput = None, as_json: options.Json = False
-) -> None:
+def _compile(project: options.ExistingFile, output: options.OptionalOutput = None) -> None:
     from motorcade.cli.console import words_table
     from motorcade.config.files import read_bytes
     from motorcade.program.compiler import Compiled
@@ -102,7 +107,7 @@ def _compile(
     failed = has_errors(compiled.diagnostics)
     if output and not failed:
         options.write_file(output, compiled.image, project)
-    if as_json:
+    if wants_json():
         names = ("leader_states", "follower_words", "dwell_ms", "tagged")
         found = {name: getattr(compiled, name) for name in names}
         diagnostics = [diagnostic.as_dict(current_language()) for diagnostic in compiled.diagnostics]
@@ -120,13 +125,12 @@ def _decompile(
     profile: str = "classroom",
     python: Annotated[bool, typer.Option("--python")] = False,
     output: options.OptionalOutput = None,
-    as_json: options.Json = False,
 ) -> None:
     from motorcade.program.decompiler import decompile
     from motorcade.program.files import words_in
     from motorcade.program.python_writer import python_text
 
-    options.exclude_each_other(python=python, json=as_json)
+    options.exclude_each_other(python=python, json=wants_json())
     program = decompile(words_in(image), options.profile_named(profile))
     if python:
         text = python_text(program)
@@ -139,13 +143,13 @@ def _decompile(
 
 
 @app.command("inspect")
-def _inspect(image: options.ExistingFile, profile: str = "classroom", as_json: options.Json = False) -> None:
+def _inspect(image: options.ExistingFile, profile: str = "classroom") -> None:
     from motorcade.program.files import words_in
     from motorcade.words.image import format_at, parse_image
 
     words = words_in(image)
     parsed = parse_image(words)
-    if not as_json:
+    if not wants_json():
         from motorcade.cli.console import words_table
 
         print_table(words_table(words, options.profile_named(profile)))
@@ -159,11 +163,11 @@ def _inspect(image: options.ExistingFile, profile: str = "classroom", as_json: o
 
 
 @app.command("formats")
-def _formats(as_json: options.Json = False) -> None:
+def _formats() -> None:
     from motorcade.cli.console import fingerprint_text, format_table
     from motorcade.words.formats import FORMATS
 
-    if as_json:
+    if wants_json():
         print_json([_format_as_dict(word_format, fingerprint_text(word_format)) for word_format in FORMATS])
         return
     for word_format in FORMATS:
@@ -200,7 +204,6 @@ def exported(target: str) -> dict[str, bytes]:
 def _export(
     target: Annotated[str, typer.Argument(metavar="TARGET")],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", file_okay=False)] = Path(),
-    as_json: options.Json = False,
 ) -> None:
     found = exported(target)
     with raised_as("folder-not-writable", OSError, folder=output):
@@ -208,7 +211,4 @@ def _export(
     for name, contents in found.items():
         options.write_file(output / name, contents)
     written = [str(output / name) for name in found]
-    if as_json:
-        print_json({"files": written})
-    else:
-        print_lines(translated("file-written", file=path) for path in written)
+    print_result({"files": written}, "\n".join(translated("file-written", file=path) for path in written))

@@ -17,6 +17,8 @@ from typing import Any, Literal
 from motorcade.errors import InputError, MotorcadeError, Phrase
 
 Kind = Literal["TOML", "JSON"]
+# What a file's ending says.
+KINDS: dict[str, Kind] = {".toml": "TOML", ".json": "JSON"}
 # Deeper than anyone nests tables, lists or blocks by hand, and short of what Python's stack takes.
 DEEPEST = 100
 # No document, project or image has more.

@@ -51,7 +51,8 @@ def shortened(files: Mapping[str, bytes], folder: str) -> dict[str, bytes]:
     for module in modules.values():
         module.read(modules)
     for module in modules.values():
-        module.shorten(modules)
+        # Put numbers in the place of names, and leave out what a chip doesn't need.
+        _Shortening(module, modules).visit(module.tree)
     taken = {name for module in modules.values() for name in module.taken()}
     found = dict(files)
     for name, module in modules.items():
@@ -211,10 +212,6 @@ class _Module:
                 if None not in numbers:
                     return _OPERATORS[type(op)](*numbers)  # type: ignore[arg-type]
         return None
-
-    def shorten(self, modules: "Mapping[str, _Module]") -> None:
-        """Put numbers in the place of names, and leave out what a chip doesn't need."""
-        _Shortening(self, modules).visit(self.tree)
 
     def taken(self) -> set[str]:
         """What it takes from other modules: dotted names that it imports, and names of attributes."""

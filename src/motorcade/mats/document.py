@@ -12,7 +12,7 @@ from typing import Any
 
 from motorcade.config.arguments import instance_of, not_allowed, to_list
 from motorcade.config.check import Text, load
-from motorcade.config.files import Kind, parse, read_text
+from motorcade.config.files import KINDS, Kind, parse, read_text
 from motorcade.config.profile import Profile
 from motorcade.errors import MatError, MotorcadeError, Phrase
 from motorcade.mats.crowd import Crowd, place_crowd
@@ -21,7 +21,6 @@ from motorcade.mats.model import Corners, Line, Mat, Person, Physics, Point, Sta
 from motorcade.mats.schema import FARTHEST_M, FORMAT, MOST_CARS, SHORTEST_M, THINGS, mat_schema
 
 MOST_HEADING = 1e6
-_KINDS: dict[str, Kind] = {".toml": "TOML", ".json": "JSON"}
 # How the format of a project begins; beside its program it may hold the mat that its author saw.
 _PROJECT = "motorcade-program/"
 # The simulator rounds positions to whole micrometres.
@@ -39,7 +38,7 @@ def read_mat(path: str | Path) -> Mat:
     """
     path = Path(path)
     file = Phrase("mat-named", name=path.name)
-    kind = _KINDS.get(path.suffix.lower())
+    kind = KINDS.get(path.suffix.lower())
     if kind is None:
         raise MatError("mat-file-ending", file=file)
     return parse_mat(read_text(path, file), path.name, kind)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from motorcade.config.check import Fault, Text, check, first_fault
-from motorcade.config.files import Kind, parse, raised_as, read_bytes, read_text
+from motorcade.config.files import KINDS, Kind, parse, raised_as, read_bytes, read_text
 from motorcade.config.profile import built_in_profile
 from motorcade.errors import InputError, MotorcadeError, Phrase
 from motorcade.locales import FIRST, languages
@@ -35,7 +35,6 @@ OWN = "own"
 GALLERY, LITERATURE = "gallery", "literature"
 # The page's editor calls them so.
 _ZONE_LABELS = {"name": "zoneName", "corners_m": "corners", "centre_m": "left", "radius_m": "width"}
-_KINDS: dict[str, Kind] = {".toml": "TOML", ".json": "JSON"}
 # Reads a project file that a mission names; raises MotorcadeError or OSError.
 Reader = Callable[[str], bytes]
 
@@ -46,7 +45,7 @@ def read_mission(path: Path) -> Mission:
     Raises MotorcadeError mission-not-valid; its sentence names the place and what to do.
     """
     with raised_as("mission-not-valid", MotorcadeError, InputError):
-        kind = _KINDS.get(path.suffix.lower())
+        kind = KINDS.get(path.suffix.lower())
         with_name = Phrase("mission-named", name=path.name)
         if kind is None:
             raise InputError("mission-file-ending", file=with_name)

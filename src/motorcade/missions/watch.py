@@ -22,6 +22,8 @@ from motorcade.missions.schema import GOALS
 
 # For each car sides of zones, and obstacles, that goals compare in a moment: some 20 ms.
 _MOST_COMPARED = 20_000
+# The arrays with the answers of many runs.
+_ANSWERS = {"off": "float64", "before": "float32", "since": "int64", "led": "int64", "shown": "float32"}
 # What goals need of a moment.
 _COLUMNS = ("x_m", "y_m", "heading", "wheels", "led")
 
@@ -156,13 +158,10 @@ class ManyRuns:
         memory = self._world.backend
         first = self._attempts[0].no_answers()
         runs = len(self._attempts)
-        self._answers = judging.Answers(
-            off=memory.allocate("Answers.off", _table("float64", first.off * runs)),
-            before=memory.allocate("Answers.before", _table("float32", first.before * runs)),
-            since=memory.allocate("Answers.since", _table("int64", first.since * runs)),
-            led=memory.allocate("Answers.led", _table("int64", first.led * runs)),
-            shown=memory.allocate("Answers.shown", _table("float32", first.shown * runs)),
-        )
+        arrays = {}
+        for name, dtype in _ANSWERS.items():
+            arrays[name] = memory.allocate(f"Answers.{name}", _table(dtype, getattr(first, name) * runs))
+        self._answers = judging.Answers(**arrays)
         self._world.ask(judging.Asked(self._every_ms, self._questions, self._answers))
 
     def end(self) -> list[RunWatch]:
@@ -174,16 +173,13 @@ class ManyRuns:
             self._times_ms.append(tick * world.tick_ms)
             tick = judging.next_moment(tick, self._every_ms, world.tick_ms)
         self._times_ms.append(world.now_ms)
-        off, before, shown = (self._rows_of(getattr(self._answers, name)) for name in ("off", "before", "shown"))
-        since = self._rows_of(self._answers.since)
+        found = {name: self._rows_of(getattr(self._answers, name)) for name in _ANSWERS}
         has_events = any(kind.has_events for kind in self._attempts[0].kinds)
         for number, watch in enumerate(self._watches):
-            answers = watch.run.answers
-            answers.off[0][:] = off[number]
-            answers.before[0][:] = before[number]
-            answers.since[0][:] = since[number]
+            for name in ("off", "before", "since"):
+                getattr(watch.run.answers, name)[0][:] = found[name][number]
             begun = begun_words(world, number) if has_events else ()
-            watch.show(self._last_moment(number, shown[number]), begun)
+            watch.show(self._last_moment(number, found["shown"][number]), begun)
         return self._watches
 
     def _last_moment(self, number: int, shown: list[float]) -> Moment:

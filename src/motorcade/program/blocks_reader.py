@@ -42,7 +42,6 @@ from motorcade.program.steps import DrivingStep, RepeatStep, TogetherStep, WaitS
 
 _TICKS = {"TRUE": True, "FALSE": False}
 _LEVELS = {str(level): level for level in range(4)}
-_NOWHERE: Block = {}
 # Only these can stand in a together; and these, or a together, in a tell.
 _TYPES = {*FORMS, TogetherStep.kind, TellStep.kind, DoStep.kind, WAIT_UNTIL, IN_TURN}
 # A follower's.
@@ -62,13 +61,12 @@ def program_of(
     """
     document: Document = {"format": FORMAT, "profile": profile, "followers": None}
     reading = _BlocksReading(left_out)
-    hat = _hat(leader, LEADER_HAT, "leader")
-    document["leader"] = reading.steps(_below(hat, "leader"), "leader", _Around())
+    document["leader"] = reading.steps(_hat(leader, LEADER_HAT, "leader").below(), "leader", _Around())
     if functions := reading.functions(leader):
         document["functions"] = functions
     if followers is not None:
         hat = _hat(followers, FOLLOWERS_HAT, "followers")
-        steps = reading.steps(_below(hat, "followers"), "followers.steps", _Around(leads=False))
+        steps = reading.steps(hat.below(), "followers.steps", _Around(leads=False))
         document["followers"] = {**_of_hat(hat), "steps": steps}
     faults = reading.faults
     try:
@@ -78,6 +76,59 @@ def program_of(
     if faults:
         raise ProgramError(faults)
     return program
+
+
+class _Placed(NamedTuple):
+    """A block as a page has sent it, which may be anything, and the place in the program that errors name.
+
+    Methods raise ProgramError for what is no object.
+    """
+
+    block: Block
+    path: str
+
+    @property
+    def type(self) -> str:
+        """Its type; that of a step is PREFIX and its `kind`."""
+        return str(self.block.get("type"))
+
+    @property
+    def kind(self) -> str:
+        return self.type.removeprefix(PREFIX)
+
+    def at(self, path: str) -> "_Placed":
+        return self._replace(path=path)
+
+    def part(self, name: str) -> dict[str, Any]:
+        """Return a part of it that must be an object; an empty one where it is absent."""
+        return self.checked(self.block.get(name))
+
+    def below(self) -> "_Placed | None":
+        """Return the block below it."""
+        return self._connected(self.block.get("next"))
+
+    def inside(self, name: str = "STEPS") -> "_Placed | None":
+        """Return the block in one of its inputs."""
+        return self._connected(self.part("inputs").get(name))
+
+    def _connected(self, connection: Any) -> "_Placed | None":
+        block = self.checked(self.checked(connection).get("block"))
+        return _Placed(block, self.path) if block else None
+
+    def checked(self, value: Any) -> dict[str, Any]:
+        """Return a value that must be an object; an empty one for None."""
+        if value is None:
+            return {}
+        if not isinstance(value, dict):
+            raise self.refused("bad-blocks")
+        return value
+
+    def refused(self, code: str, *fixes: Fix, **details: Any) -> ProgramError:
+        """Return the error that names this block."""
+        block_id = self.block.get("id")
+        if not isinstance(block_id, str):
+            block_id = None
+        return ProgramError([error(code, self.path, block_id, **details).with_fixes(*fixes)])
 
 
 class _Around(NamedTuple):
@@ -113,153 +164,152 @@ class _BlocksReading:
         self.faults: list[Diagnostic] = []
         self._left_out = left_out
 
-    def _is_off(self, block: Block) -> bool:
+    def _is_off(self, placed: _Placed) -> bool:
         """Whether a block is disabled."""
+        block = placed.block
         is_disabled = block.get("enabled") is False or bool(block.get("disabledReasons"))
         return is_disabled or str(block.get("id")) in self._left_out
 
     def functions(self, workspace: Any) -> dict[str, list[Document]]:
         """Return the steps of the functions that a workspace defines, by their names."""
         found: dict[str, list[Document]] = {}
-        for block in _tops(workspace, "leader"):
-            if block.get("type") != DEFINE or self._is_off(block):
+        for top in _tops(workspace, "leader"):
+            if top.type != DEFINE or self._is_off(top):
                 continue
-            name = str(_part(block, "fields", "functions").get("NAME"))
-            path = f"functions.{name}"
+            name = str(top.at("functions").part("fields").get("NAME"))
+            block = top.at(f"functions.{name}")
             if name in found:
-                self.faults += _refused("second-function", path, block, [Fix(DELETE)], name=name).diagnostics
+                self.faults += block.refused("second-function", Fix(DELETE), name=name).diagnostics
                 continue
-            found[name] = self.steps(_inside(block, path), path, _Around(depth=1))
+            found[name] = self.steps(block.inside(), block.path, _Around(depth=1))
         return found
 
-    def steps(self, first: Block | None, path: str, around: _Around) -> list[Document]:
+    def steps(self, first: _Placed | None, path: str, around: _Around) -> list[Document]:
         """Return the steps of ``first`` and all blocks below it; ``path`` is their place in the program."""
         steps: list[Document] = []
-        for block, flags, deep in self._row(first, path, {}, around):
+        for block, flags, deep in self._row(first and first.at(path), {}, around):
             try:
-                steps.append(self._step(block, flags, f"{path}[{len(steps)}]", deep))
+                steps.append(self._step(block.at(f"{path}[{len(steps)}]"), flags, deep))
             except ProgramError as problem:
                 self.faults += problem.diagnostics
         return steps
 
-    def _row(
-        self, first: Block | None, path: str, flags: _Flags, around: _Around
-    ) -> Iterator[tuple[Block, _Flags, _Around]]:
+    def _row(self, first: _Placed | None, flags: _Flags, around: _Around) -> Iterator[tuple[_Placed, _Flags, _Around]]:
         """Yield each step's block, the settings of the infrared blocks around it, and what is around it."""
-        for block in _chain(first, path):
+        for block in _chain(first):
             if around.depth > MOST_DEEP:
-                raise _refused("blocks-too-deep", path, block, most=MOST_DEEP)
+                raise block.refused("blocks-too-deep", most=MOST_DEEP)
             if self._is_off(block):
                 continue
-            kind = str(block.get("type")).removeprefix(PREFIX)
+            kind = block.kind
             if around.inside == TogetherStep.kind and kind not in SIMPLE and (kind in _TYPES or kind == "infrared"):
-                self.faults += _refused("not-inside-together", path, block, [Fix(BEHIND)]).diagnostics
+                self.faults += block.refused("not-inside-together", Fix(BEHIND)).diagnostics
                 continue
-            if block.get("type") != INFRARED:
+            if block.type != INFRARED:
                 yield block, flags, around
                 continue
             try:
-                own = _own_flags(block, path)
+                own = _own_flags(block)
             except ProgramError as problem:
                 self.faults += problem.diagnostics
                 continue
             if around.leads and own != {"accept_ir": False}:
-                self.faults += _leader_accepts(block, own, path)
+                self.faults += _leader_accepts(block, own)
                 own = {}
-            yield from self._row(_inside(block, path), path, flags | own, around.deeper())
+            yield from self._row(block.inside(), flags | own, around.deeper())
 
-    def _step(self, block: Block, flags: _Flags, path: str, around: _Around) -> Document:
-        kind = str(block.get("type")).removeprefix(PREFIX)
+    def _step(self, block: _Placed, flags: _Flags, around: _Around) -> Document:
+        kind = block.kind
         if kind not in _TYPES:
-            raise _refused("unknown-block", path, block, type=str(block.get("type"))[:40])
+            raise block.refused("unknown-block", type=block.type[:40])
         if not around.leads and kind not in _FOLLOWER_TYPES:
-            raise _refused("followers-cannot-decide", path, block, [Fix(DELETE)])
+            raise block.refused("followers-cannot-decide", Fix(DELETE))
         if around.inside == TellStep.kind and kind == RepeatStep.kind:
-            raise _refused("tell-one-step", path, block, [Fix(BEHIND)])
+            raise block.refused("tell-one-step", Fix(BEHIND))
         document: Document = {**flags}
-        if "id" in block:
-            document["id"] = block["id"]
+        if "id" in block.block:
+            document["id"] = block.block["id"]
         if kind == TellStep.kind:
-            return {**document, kind: {"step": self._told(block, path, around)}}
+            return {**document, kind: {"step": self._told(block, around)}}
         if kind == IN_TURN:
             return {**document, TellStep.kind: {"step": IN_TURN}}
         if kind == DoStep.kind:
-            return {**document, kind: _part(block, "fields", path).get("NAME")}
+            return {**document, kind: block.part("fields").get("NAME")}
         if kind == WAIT_UNTIL:
-            return {**document, WaitStep.kind: {}, "until": self._condition(block, "UNTIL", path, block, around.depth)}
-        ends = _ends(block, path)
+            return {**document, WaitStep.kind: {}, "until": self._condition(block, "UNTIL", block, around.depth)}
+        ends = _ends(block)
         if ends != BY_TIME and not around.inside:
             if not around.leads:
-                raise _refused("followers-cannot-decide", path, block)
-            document["until"] = self._condition(block, "UNTIL", path, block, around.depth)
+                raise block.refused("followers-cannot-decide")
+            document["until"] = self._condition(block, "UNTIL", block, around.depth)
         if kind == TogetherStep.kind:
             parts = around.deeper()._replace(inside=kind, is_ended=ends == BY_CONDITION)
-            document[kind] = self.steps(_inside(block, path), f"{path}.{kind}", parts)
+            document[kind] = self.steps(block.inside(), f"{block.path}.{kind}", parts)
             return document
         form = FORMS[kind]
-        content = self._content(block, form, path, around)
+        content = self._content(block, form, around)
         if ends == BY_CONDITION or around.is_ended:
             content.pop("seconds", None)
         return {**document, form.kind: content}
 
-    def _content(self, block: Block, form: BlockForm, path: str, around: _Around) -> Document:
+    def _content(self, block: _Placed, form: BlockForm, around: _Around) -> Document:
         """Return what a step has in its own object."""
         content: Document = {}
         # A step that accompanies others has no fields in a together: it lasts as long as the together.
         if not (around.inside == TogetherStep.kind and ALL_KINDS[form.kind].accompanies):
-            content |= _values(block, form.fields, path)
-        minded = _inside(block, path, UNLESS)
+            content |= _values(block, form.fields)
+        minded = block.inside(UNLESS)
         if minded and not self._is_off(minded) and issubclass(ALL_KINDS[form.kind], DrivingStep):
-            content["unless"] = self._condition(block, UNLESS, path, block, around.depth)
+            content["unless"] = self._condition(block, UNLESS, block, around.depth)
         if form.condition:
-            content[form.condition] = self._condition(block, form.condition.upper(), path, block, around.depth)
+            content[form.condition] = self._condition(block, form.condition.upper(), block, around.depth)
         for capitals, name in form.rows:
-            inner = self.steps(_inside(block, path, capitals), f"{path}.{form.kind}.{name}", around.deeper())
-            content[name] = inner
+            place = f"{block.path}.{form.kind}.{name}"
+            content[name] = self.steps(block.inside(capitals), place, around.deeper())
         return content
 
-    def _told(self, block: Block, path: str, around: _Around) -> Any:
+    def _told(self, block: _Placed, around: _Around) -> Any:
         """Return the one step that a tell holds, for a follower."""
         inner = around.deeper()._replace(leads=False, inside=TellStep.kind)
-        found = list(self._row(_inside(block, path), path, {}, inner))
+        found = list(self._row(block.inside(), {}, inner))
         if not found:
-            raise _refused("tell-one-step", path, block)
+            raise block.refused("tell-one-step")
         if len(found) > 1:
-            raise _refused("tell-one-step", path, found[1][0], [Fix(BEHIND)])
+            raise found[1][0].refused("tell-one-step", Fix(BEHIND))
         told, flags, deep = found[0]
-        return self._step(told, flags, f"{path}.{TellStep.kind}.step", deep)
+        return self._step(told.at(f"{block.path}.{TellStep.kind}.step"), flags, deep)
 
-    def _condition(self, holder: Block, name: str, path: str, step: Block, depth: int) -> Document:
+    def _condition(self, holder: _Placed, name: str, step: _Placed, depth: int) -> Document:
         """Return the condition in an input of ``holder``. The block of the ``step`` is at fault where there is none."""
-        block = _inside(holder, path, name)
+        block = holder.inside(name)
         if block is None or self._is_off(block):
-            raise _refused("missing-condition", path, step)
+            raise step.refused("missing-condition")
         if depth > MOST_DEEP:
-            raise _refused("blocks-too-deep", path, step, most=MOST_DEEP)
-        kind = str(block.get("type"))
+            raise step.refused("blocks-too-deep", most=MOST_DEEP)
+        kind = block.type
         if not kind.startswith(CONDITION):
-            raise _refused("unknown-block", path, step, type=kind[:40])
+            raise step.refused("unknown-block", type=kind[:40])
         kind = kind.removeprefix(CONDITION)
         if kind == "person":
             return {kind: {}}
         if kind in ASKED:
-            return _values(block, (ASKED[kind],), path)
+            return _values(block, (ASKED[kind],))
         if kind == "counter":
-            fields = _part(block, "fields", path)
+            fields = block.part("fields")
             return {kind: fields.get("COUNTER"), str(fields.get("IS")): fields.get("VALUE")}
         if kind == "not":
-            return {kind: self._condition(block, "OF", path, step, depth + 1)}
+            return {kind: self._condition(block, "OF", step, depth + 1)}
         if kind not in ("all", "any"):
-            raise _refused("unknown-block", path, step, type=str(block.get("type"))[:40])
-        parts = _part(block, "extraState", path).get("parts", PARTS)
+            raise step.refused("unknown-block", type=block.type[:40])
+        parts = block.part("extraState").get("parts", PARTS)
         if parts not in range(1, MOST_IN_A_ROW):
-            raise _refused("bad-blocks", path, step)
-        return {kind: [self._condition(block, f"OF{number}", path, step, depth + 1) for number in range(parts)]}
+            raise step.refused("bad-blocks")
+        return {kind: [self._condition(block, f"OF{number}", step, depth + 1) for number in range(parts)]}
 
 
-def _values(block: Block, wanted: Sequence[BlockField], path: str) -> Document:
+def _values(block: _Placed, wanted: Sequence[BlockField]) -> Document:
     """Return the values of a block's fields by their names in a step; those that the block lacks are left out."""
-    fields = _part(block, "fields", path)
+    fields = block.part("fields")
     values = {}
     for field in wanted:
         if field.capitals not in fields:
@@ -271,15 +321,15 @@ def _values(block: Block, wanted: Sequence[BlockField], path: str) -> Document:
     return values
 
 
-def _ends(block: Block, path: str) -> str:
+def _ends(block: _Placed) -> str:
     """Return what ends the step of a block."""
-    ends = _part(block, "fields", path).get("ENDS", BY_TIME)
+    ends = block.part("fields").get("ENDS", BY_TIME)
     if ends not in ENDS:
-        raise _refused("out-of-range", path, block, value=str(ends)[:40], allowed=", ".join(ENDS))
+        raise block.refused("out-of-range", value=str(ends)[:40], allowed=", ".join(ENDS))
     return str(ends)
 
 
-def _leader_accepts(block: Block, own: _Flags, path: str) -> Sequence[Diagnostic]:
+def _leader_accepts(block: _Placed, own: _Flags) -> Sequence[Diagnostic]:
     """Return the error of a leader's infrared block, with what would fix it."""
     fixes = []
     if "forward" in own:
@@ -289,7 +339,7 @@ def _leader_accepts(block: Block, own: _Flags, path: str) -> Sequence[Diagnostic
     if len(fixes) > 1:
         # Where two values are wrong, one isn't enough.
         fixes.clear()
-    return _refused("leader-accepts-ir", path, block, fixes).diagnostics
+    return block.refused("leader-accepts-ir", *fixes).diagnostics
 
 
 def holder_of(workspace: Workspace, block_id: str | None, name: str) -> Block:
@@ -299,41 +349,40 @@ def holder_of(workspace: Workspace, block_id: str | None, name: str) -> Block:
     """
     hat = _hat(workspace, FOLLOWERS_HAT, "followers")
 
-    def find(first: Block | None, holder: Block) -> Block | None:
-        for block in _chain(first, ""):
-            if block.get("id") == block_id:
+    def find(first: _Placed | None, holder: _Placed) -> _Placed | None:
+        for block in _chain(first):
+            if block.block.get("id") == block_id:
                 return holder
             inner = holder
-            if block.get("type") == INFRARED and name in _own_flags(block, ""):
+            if block.type == INFRARED and name in _own_flags(block):
                 inner = block
-            if found := find(_inside(block, ""), inner):
+            if found := find(block.inside(), inner):
                 return found
         return None
 
-    return find(_below(hat, ""), hat) or hat
+    return (find(hat.below(), hat) or hat).block
 
 
-def _tops(workspace: Any, path: str) -> list[Block]:
+def _tops(workspace: Any, path: str) -> list[_Placed]:
     """Return the blocks of a workspace that hang below no other."""
-    blocks = _object(_object(workspace, path).get("blocks"), path).get("blocks", [])
+    nowhere = _Placed({}, path)
+    blocks = nowhere.checked(nowhere.checked(workspace).get("blocks")).get("blocks", [])
     if not isinstance(blocks, list):
-        raise _refused("bad-blocks", path, _NOWHERE)
-    return [block for block in blocks if isinstance(block, dict)]
+        raise nowhere.refused("bad-blocks")
+    return [_Placed(block, path) for block in blocks if isinstance(block, dict)]
 
 
-def _hat(workspace: Any, kind: str, path: str) -> Block:
+def _hat(workspace: Any, kind: str, path: str) -> _Placed:
     """The workspace's hat; an empty block where there is none."""
-    hats = [block for block in _tops(workspace, path) if block.get("type") == kind]
+    hats = [block for block in _tops(workspace, path) if block.type == kind]
     if len(hats) > 1:
-        raise _refused("second-hat", path, hats[1], [Fix(DELETE)])
-    if not hats:
-        return _NOWHERE
-    return hats[0]
+        raise hats[1].refused("second-hat", Fix(DELETE))
+    return hats[0] if hats else _Placed({}, path)
 
 
-def _of_hat(hat: Block) -> dict[str, Any]:
+def _of_hat(hat: _Placed) -> dict[str, Any]:
     """The settings of the followers' hat, for JSON."""
-    fields = _part(hat, "fields", "followers")
+    fields = hat.part("fields")
     settings = {name: _chosen(fields[name.upper()], _TICKS) for name in SETTINGS if name.upper() in fields}
     if "TAGGED" in fields:
         settings["tagged"] = _chosen(fields["TAGGED"], TAGGED)
@@ -343,52 +392,25 @@ def _of_hat(hat: Block) -> dict[str, Any]:
     return settings
 
 
-def _chain(block: Block | None, path: str) -> Iterator[Block]:
+def _chain(block: _Placed | None) -> Iterator[_Placed]:
     """Yield the block and those below it."""
     for _ in range(MOST_IN_A_ROW):
         if block is None:
             return
         yield block
-        block = _below(block, path)
+        block = block.below()
     if block is not None:
-        raise _refused("too-many-in-a-row", path, block, most=MOST_IN_A_ROW)
+        raise block.refused("too-many-in-a-row", most=MOST_IN_A_ROW)
 
 
-def _below(block: Block, path: str) -> Block | None:
-    return _connected(block.get("next"), path, block)
-
-
-def _inside(block: Block, path: str, name: str = "STEPS") -> Block | None:
-    return _connected(_part(block, "inputs", path).get(name), path, block)
-
-
-def _part(block: Block, name: str, path: str) -> dict[str, Any]:
-    return _object(block.get(name), path, block)
-
-
-def _connected(connection: Any, path: str, block: Block) -> Block | None:
-    if connection is None:
-        return None
-    return _object(_object(connection, path, block).get("block"), path, block) or None
-
-
-def _object(value: Any, path: str, block: Block = _NOWHERE) -> dict[str, Any]:
-    """Return a value of ``block`` that must be an object; an empty one where it is absent."""
-    if value is None:
-        return {}
-    if not isinstance(value, dict):
-        raise _refused("bad-blocks", path, block)
-    return value
-
-
-def _own_flags(block: Block, path: str) -> _Flags:
+def _own_flags(block: _Placed) -> _Flags:
     """Return the settings of an infrared block, without those that it does not change."""
-    fields = _part(block, "fields", path)
+    fields = block.part("fields")
     flags = {}
     for name in SETTINGS:
         choice = str(fields.get(name.upper(), "same"))
         if choice not in CHOICES:
-            raise _refused("out-of-range", path, block, value=choice[:40], allowed=", ".join(CHOICES))
+            raise block.refused("out-of-range", value=choice[:40], allowed=", ".join(CHOICES))
         flags[name] = CHOICES[choice]
     return {name: flag for name, flag in flags.items() if flag is not None}
 
@@ -405,13 +427,3 @@ def _number(text: Any) -> Any:
         return plain(float(text))
     except (TypeError, ValueError):
         return text
-
-
-def _refused(
-    code: str, path: str, block: Mapping[str, Any], fixes: Sequence[Fix] = (), **arguments: Any
-) -> ProgramError:
-    block_id = block.get("id")
-    if not isinstance(block_id, str):
-        block_id = None
-    problem = error(code, path, block_id, **arguments)
-    return ProgramError([problem.with_fixes(*fixes)])

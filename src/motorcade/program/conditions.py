@@ -19,6 +19,8 @@ NAME: Schema = allowed_as(
 )
 COUNT = whole(0, MOST_COUNT)
 PERCENT = number(1, 99)
+# Wherever a condition stands in a project file.
+CONDITION: Schema = {"$ref": "#/$defs/condition"}
 # The senses that a condition may ask, each with what its levels are called; None: it has no level.
 SENSES: dict[str, tuple[Any, ...]] = {
     "obstacle": (0, 1, 2, 3),
@@ -109,27 +111,27 @@ class Not(Condition):
 
 
 @dataclass(frozen=True, slots=True)
-class All(Condition):
+class _Several(Condition):
+    """Some conditions, which are asked in order until it is decided."""
+
+    conditions: tuple[Condition, ...]
+
+    @property
+    def parts(self) -> tuple[Condition, ...]:
+        """The conditions."""
+        return self.conditions
+
+
+class All(_Several):
     """Each of some conditions holds; they are asked in order, up to the first that doesn't."""
 
-    conditions: tuple[Condition, ...]
-
-    @property
-    def parts(self) -> tuple[Condition, ...]:
-        """The conditions."""
-        return self.conditions
+    __slots__ = ()
 
 
-@dataclass(frozen=True, slots=True)
-class AnyOf(Condition):
+class AnyOf(_Several):
     """At least one of some conditions holds; they are asked in order, up to the first that does."""
 
-    conditions: tuple[Condition, ...]
-
-    @property
-    def parts(self) -> tuple[Condition, ...]:
-        """The conditions."""
-        return self.conditions
+    __slots__ = ()
 
 
 def obstacle(level: int = 1) -> Condition:
@@ -168,11 +170,10 @@ def _level(sense: str, name: str) -> int:
     return SENSES[sense].index(name)
 
 
-def condition_schema(reference: str) -> Schema:
-    """Return the schema of a condition; ``reference`` is where it stands itself."""
-    inner = {"$ref": reference}
-    several = list_of(inner, 1)
-    kinds = {**_SCHEMAS, "counter": NAME, "chance": PERCENT, "not": inner, "all": several, "any": several}
+def condition_schema() -> Schema:
+    """Return the schema that CONDITION refers to."""
+    several = list_of(CONDITION, 1)
+    kinds = {**_SCHEMAS, "counter": NAME, "chance": PERCENT, "not": CONDITION, "all": several, "any": several}
     kinds |= dict.fromkeys(COMPARISONS, COUNT)
     return {
         "type": "object",

@@ -19,10 +19,16 @@ from motorcade.words.flow import CONDITIONS, OPS
 
 
 @dataclass(frozen=True, slots=True)
-class IfStep(Step):
-    """Steps done only where a condition holds, and others where it doesn't."""
+class DecidingStep(Step):
+    """The base of the kinds that only a leader that decides can do."""
 
     decides: ClassVar[bool] = True
+
+
+@dataclass(frozen=True, slots=True)
+class IfStep(DecidingStep):
+    """Steps done only where a condition holds, and others where it doesn't."""
+
     inside_at: ClassVar[dict[str, str]] = {"then": "if.then", "otherwise": "if.else"}
     when: Condition
     then: tuple[Step, ...] = ()
@@ -37,10 +43,9 @@ class IfStep(Step):
 
 
 @dataclass(frozen=True, slots=True)
-class SetStep(Step):
+class SetStep(DecidingStep):
     """Give a counter a value, or a random one from 0 to ``random``."""
 
-    decides: ClassVar[bool] = True
     counter: str = field(metadata={"schema": NAME})
     to: int | None = field(default=None, metadata={"schema": COUNT})
     random: int | None = field(default=None, metadata={"schema": COUNT})
@@ -52,19 +57,17 @@ class SetStep(Step):
 
 
 @dataclass(frozen=True, slots=True)
-class ChangeStep(Step):
+class ChangeStep(DecidingStep):
     """Add to a counter, up to 255, or take away from it, down to 0."""
 
-    decides: ClassVar[bool] = True
     counter: str = field(metadata={"schema": NAME})
     by: int = field(default=1, metadata={"schema": whole(-COUNT["maximum"], COUNT["maximum"]), "first": 1})
 
 
 @dataclass(frozen=True, slots=True)
-class TellStep(Step):
+class TellStep(DecidingStep):
     """Tell the followers one step at once; or, without a step, to go on with their own steps in turn."""
 
-    decides: ClassVar[bool] = True
     step: Step | None = None
 
     def __post_init__(self) -> None:
@@ -74,10 +77,9 @@ class TellStep(Step):
 
 
 @dataclass(frozen=True, slots=True)
-class DoStep(Step):
+class DoStep(DecidingStep):
     """Do the steps of one of the program's functions."""
 
-    decides: ClassVar[bool] = True
     function: str = field(metadata={"schema": NAME})
 
 
@@ -86,10 +88,9 @@ def _raw(most: int) -> Any:
 
 
 @dataclass(frozen=True, slots=True)
-class FlowStep(Step):
+class FlowStep(DecidingStep):
     """One flow word, whose fields are given as they are: what no other step says."""
 
-    decides: ClassVar[bool] = True
     op: str = field(metadata={"schema": choice(*(name for _, name in OPS))})
     target: int = _raw(255)
     condition: str = field(

@@ -23,6 +23,7 @@ A program without any step that decides has states alone, as any car knows them:
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from difflib import get_close_matches
 from itertools import groupby
 
@@ -68,7 +69,7 @@ from motorcade.program.leader_checks import (
     timeless_loops,
     wrong_flow_steps,
 )
-from motorcade.program.model import Program, without_ids
+from motorcade.program.model import Program, placed_steps, without_ids
 from motorcade.program.parts import ENDLESS_MS, MOST_PIECES, control_word, cut, slice_of
 from motorcade.program.steps import RepeatStep, Step, is_deciding, walk
 from motorcade.words.flow import (
@@ -120,9 +121,7 @@ class Leader:
         self._called: frozenset[str] = frozenset()
         self._settled: set[str] = set()
         self._open: list[str] = []
-        steps = list(walk(program.leader, "leader"))
-        for name, inside in program.functions.items():
-            steps += walk(inside, f"functions.{name}")
+        steps = list(placed_steps(replace(program, followers=None)))
         for path, step in steps:
             self._expander.check_settings(step, path)
         self._flow_steps: list[tuple[str, FlowStep]] = [

@@ -33,7 +33,7 @@ LEADER, FOLLOWERS = "leader", "followers"
 _WORDS: dict[type[ast.stmt], str] = {ast.Break: "break", ast.Continue: "continue", ast.Return: "return"}
 
 
-class Row(NamedTuple):
+class StepRow(NamedTuple):
     """Where the steps of some statements go.
 
     Attributes:
@@ -53,10 +53,10 @@ class Row(NamedTuple):
         """The place of the next step."""
         return f"{self.path}[{len(self.steps)}]"
 
-    def inside(self, name: str) -> "Row":
+    def inside(self, name: str) -> "StepRow":
         """Begin the row with that name inside of its last step."""
         node = self.around.parts[-1]
-        return Row(f"{node.path}.{name}", [], node, self.depth + 1)
+        return StepRow(f"{node.path}.{name}", [], node, self.depth + 1)
 
 
 class StatementReader(CallReader):
@@ -160,11 +160,11 @@ class StatementReader(CallReader):
         node.start, node.end = self.definition_extent(definition)
         root.parts.append(node)
         self.spans[path] = self.source.first_line_of(definition)
-        row = Row(path, [], node)
+        row = StepRow(path, [], node)
         self._statements(definition.body, row)
         return row.steps
 
-    def _statements(self, body: Iterable[ast.stmt], row: Row) -> None:
+    def _statements(self, body: Iterable[ast.stmt], row: StepRow) -> None:
         """Append the steps of statements to a row."""
         for statement in body:
             self._reckoner.spend(1)
@@ -173,7 +173,7 @@ class StatementReader(CallReader):
                 return
             self._statement(statement, row)
 
-    def _statement(self, statement: ast.stmt, row: Row) -> None:
+    def _statement(self, statement: ast.stmt, row: StepRow) -> None:
         match statement:
             case ast.Expr(value=ast.Constant(value=str())) | ast.Pass() | ast.Global():
                 pass
@@ -203,7 +203,12 @@ class StatementReader(CallReader):
                 self._refuse_statement(statement)
 
     def _compound(
-        self, statement: ast.stmt, document: dict[str, Any], row: Row, value: ast.expr | None = None, field: str = ""
+        self,
+        statement: ast.stmt,
+        document: dict[str, Any],
+        row: StepRow,
+        value: ast.expr | None = None,
+        field: str = "",
     ) -> None:
         """Append a step that a statement is, and take note of where it stands; ``value`` is that of its ``field``."""
         is_counted_repeat = "times" in document.get(RepeatStep.kind, {})
@@ -222,7 +227,7 @@ class StatementReader(CallReader):
         statement: ast.stmt,
         content: dict[str, Any],
         body: Iterable[ast.stmt],
-        row: Row,
+        row: StepRow,
         times: ast.expr | None = None,
     ) -> None:
         """Append a repeat, and read the statements inside it."""
@@ -240,7 +245,7 @@ class StatementReader(CallReader):
         else:
             self._refuse("python-inner-statement", statement)
 
-    def _called(self, value: ast.expr, row: Row) -> dict[str, Any]:
+    def _called(self, value: ast.expr, row: StepRow) -> dict[str, Any]:
         """Return the step of a call that stands as a statement."""
         self._reckoner.spend(STEP_COST)
         if isinstance(value, ast.Call) and isinstance(value.func, ast.Name):
@@ -249,7 +254,7 @@ class StatementReader(CallReader):
                 return self._flow_call(name, value, row)
         return self._step(value, row.here, row.around, row.depth)
 
-    def _flow_call(self, name: str, call: ast.Call, row: Row) -> dict[str, Any]:
+    def _flow_call(self, name: str, call: ast.Call, row: StepRow) -> dict[str, Any]:
         if not self._leads:
             self._refuse("followers-cannot-decide", call)
         self._name_of(call)
@@ -271,7 +276,7 @@ class StatementReader(CallReader):
             content[key] = self._value(argument)
         return {FLOW: content}
 
-    def _own_call(self, call: ast.Call, row: Row) -> None:
+    def _own_call(self, call: ast.Call, row: StepRow) -> None:
         """Read a call of a function of the text: a step, or the function's own steps where it has parameters."""
         name = call.func.id if isinstance(call.func, ast.Name) else ""
         definition = self.definitions[name]
@@ -308,7 +313,7 @@ class StatementReader(CallReader):
             return None
         return {name: self._value(value) for name, value in values.items()}
 
-    def _if(self, statement: ast.If, row: Row) -> None:
+    def _if(self, statement: ast.If, row: StepRow) -> None:
         condition = self._condition(statement.test)
         if isinstance(condition, bool):
             self.is_plain[self._function] = False
@@ -321,7 +326,7 @@ class StatementReader(CallReader):
             content[name] = inside.steps
             self._statements(body, inside)
 
-    def _for(self, statement: ast.For, name: str, row: Row) -> None:
+    def _for(self, statement: ast.For, name: str, row: StepRow) -> None:
         """Read a loop: a repeat, or its turns one by one where its variable, ``name``, is used."""
         is_used = name in _names_in(statement.body, ast.Load)
         if name in self.counters or (is_used and name in _names_in(statement.body, ast.Store)):
@@ -345,7 +350,7 @@ class StatementReader(CallReader):
             self._statements(statement.body, row._replace(around=Node("", 0, 0)))
         self._reckoner.names = known
 
-    def _assign(self, statement: ast.stmt, name: str, value: ast.expr, row: Row) -> None:
+    def _assign(self, statement: ast.stmt, name: str, value: ast.expr, row: StepRow) -> None:
         if name not in self.counters:
             self._reckoner.names[name] = self._value(value)
             self.is_plain[self._function] = False

@@ -22,7 +22,6 @@ from motorcade.program.steps import (
 
 # By what a condition senses: the kind of step with its bits.
 _KINDS = {kind.minds: kind for kind in SIMPLE_KINDS if kind.minds}
-_RANDOM = "random"
 
 
 def reactions_of(step: Step) -> list[Step]:
@@ -76,7 +75,7 @@ def _fault(condition: Condition, drive: DrivingStep) -> str:
     # Only the first level of what has no other field has a bit: 'stop', and dark floor on a side.
     if kind is None or (kind.accompanies and condition.level):
         return "unless-not-minded"
-    if condition.sense == "floor" and getattr(drive, "direction", "") != _RANDOM:
+    if condition.sense == "floor" and getattr(drive, "direction", "") != "random":
         return "unless-dark"
     return ""
 

@@ -8,7 +8,7 @@ from motorcade.config.check import (
     flag,
     table,
 )
-from motorcade.program.conditions import NAME, condition_schema
+from motorcade.program.conditions import CONDITION, NAME, condition_schema
 from motorcade.program.flow_steps import (
     FLOW_KINDS,
     IN_TURN,
@@ -46,9 +46,6 @@ SETTINGS: dict[str, Schema] = {
 }
 
 
-_CONDITION = {"$ref": "#/$defs/condition"}
-
-
 @cache
 def program_schema() -> Schema:
     """Return the JSON Schema (draft 2020-12) of ``*.motorcade.json``, made from the steps' declarations."""
@@ -76,16 +73,16 @@ def program_schema() -> Schema:
 def _definitions() -> dict[str, Schema]:
     """Return the schemas of steps and conditions: those of a step that a condition ends need no seconds."""
     leader = {key: schema for key, schema in COMMON.items() if key != "forward"}
-    ended = {**leader, "until": _CONDITION}
+    ended = {**leader, "until": CONDITION}
     follower = _kinds() | {RepeatStep.kind: _fields_of(RepeatStep, more=_steps_of("follower_step"))}
     steps = _steps_of("leader_step")
-    repeat = _fields_of(RepeatStep, more={**steps, "until": _CONDITION})
+    repeat = _fields_of(RepeatStep, more={**steps, "until": CONDITION})
     neither = {"not": {"anyOf": [{"required": ["times"]}, {"required": ["until"]}]}}
     repeat |= {"required": ["steps"], "oneOf": [{"required": ["times"]}, {"required": ["until"]}, neither]}
     deciding = {kind.kind: _fields_of(kind) for kind in FLOW_KINDS}
     deciding[SetStep.kind] |= {"required": ["counter"], "oneOf": [{"required": ["to"]}, {"required": ["random"]}]}
     lists = {"then": steps["steps"], "else": {**steps["steps"], "default": []}}
-    deciding[IfStep.kind] = table(when=_CONDITION, **lists)
+    deciding[IfStep.kind] = table(when=CONDITION, **lists)
     deciding[TellStep.kind] = table(step={"$ref": "#/$defs/told"})
     deciding[DoStep.kind] = NAME
     told = {kind.kind: _fields_of(kind) for kind in SIMPLE_KINDS}
@@ -108,7 +105,7 @@ def _definitions() -> dict[str, Schema]:
         "told_step": _one_of(told, COMMON),
         "part": _one_of(_simple(inside=True), {"id": COMMON["id"]}),
         "ended_part": _one_of(_simple(inside=True, is_ended=True), {"id": COMMON["id"]}),
-        "condition": condition_schema("#/$defs/condition"),
+        "condition": condition_schema(),
     }
 
 
@@ -150,5 +147,5 @@ def _fields_of(kind: type[Step], inside: bool = False, more: dict[str, Schema] |
         own = ()
     schemas = {own_field.name: own_field.metadata["schema"] for own_field in own} | (more or {})
     if issubclass(kind, DrivingStep):
-        schemas["unless"] = _CONDITION
+        schemas["unless"] = CONDITION
     return table(("unless",), **schemas)

@@ -83,12 +83,9 @@ class Breakpoints:
     def _holding(self, condition: StopCondition, events: bytes) -> Iterator[tuple[_Key, Phrase]]:
         """What holds now, and the sentence about it."""
         world = self._world
-        cars: Sequence[int] = range(world.cars)
+        cars = range(world.cars)
         if condition.car is not None:
-            if condition.car in cars:
-                cars = [condition.car]
-            else:
-                cars = []
+            cars = cars[condition.car : condition.car + 1]
         match condition.kind:
             case "touch" if world.simulation.totals()["touching_ms"] > self._touching_ms:
                 x_m = self._now()["x_m"]

@@ -247,7 +247,8 @@ def _shown(mission: model.Mission) -> dict[str, Any]:
     return {
         "id": mission.id,
         "name": mission.name.texts,
-        **{key: mission.document[key] for key in ("path", "order")},
+        "path": mission.document["path"],
+        "order": mission.document["order"],
         "mat": mission.mat_document,
         "zones": mission_zones(mission),
     }
@@ -335,11 +336,11 @@ def _as_told(mission: model.Mission) -> list[list[int]]:
 
 def _next_of(mission: model.Mission) -> str:
     """The id of the mission after this one on its path, or ""."""
-    path, order = (mission.document[key] for key in ("path", "order"))
+    document = mission.document
     if mission.id == OWN:
         return ""
     places = {(other.document["path"], other.document["order"]): other.id for other in documents.missions()}
-    return places.get((path, order + 1), "")
+    return places.get((document["path"], document["order"] + 1), "")
 
 
 def mission_zones(mission: model.Mission) -> list[MissionZone]:
