@@ -2,7 +2,7 @@
 
 import { useState } from "react";
 import { useTexts } from "../i18n";
-import { type Run, runNow } from "../mat/session";
+import { type Run, runNow } from "../mat/run";
 import { useMission } from "../missions/store";
 import { useStudio } from "../state/studio";
 import { Comparison } from "./Comparison";

@@ -8,7 +8,7 @@ import { useWords } from "../state/studio";
 import { Icon } from "../ui/icons";
 import { LOSS_SIGNS } from "./carPaint";
 import { colourWords, hexColour } from "./colours";
-import { useShown } from "./session";
+import { useShown } from "./useShown";
 import css from "./mat.module.css";
 
 const MOST_COLOURS = 6;

@@ -11,7 +11,7 @@ import { WordBits } from "../words/WordBits";
 import { toggleBits } from "./actions";
 import { toScreen } from "./camera";
 import { carryOut, changesBlocks, remedyOf } from "./remedies";
-import { useShown } from "./session";
+import { useShown } from "./useShown";
 import { chasedCar, choose, chosenCar, useMat } from "./store";
 import css from "./mat.module.css";
 

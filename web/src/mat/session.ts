@@ -1,9 +1,7 @@
 /** The page's side of its world: sends the server what differs from what it has, and takes its answers and pictures. */
 
-import { useSyncExternalStore } from "react";
 import { type Answer, type Command, type WorldHello, type Picture, type Pose, poseIn, type WorldState } from "../api/world";
 import { type LinkState, sessionOfWindow, WorldConnection } from "../api/worldConnection";
-import type { SetWorld } from "../generated/messages";
 import type { Playing } from "../pair/store";
 import { keep } from "../state/storage";
 import { useStudio } from "../state/studio";
@@ -15,6 +13,7 @@ import type { Mat } from "./document";
 import { catchUp, isAt } from "./following";
 import { type Miss, MissedWords } from "./missed";
 import { type PlayEvent, stateAfter, TO_PLAY } from "./play";
+import { runNow } from "./run";
 import { chosenCar, useMat } from "./store";
 
 const BEGINNING_KEY = "motorcade.world.beginning";
@@ -342,16 +341,6 @@ export class Session {
   }
 }
 
-/** A run, as it can be simulated again. */
-export type Run = Omit<SetWorld, "do">;
-
-/** The run of the project as it is now, from its beginning. */
-export function runNow(): Run {
-  const { compiled, mat, profile, car, rangeMm, mission } = useStudio.getState();
-  const { seed } = useMat.getState();
-  return { image: compiled?.image ?? null, mat, profile, car, seed, range_mm: rangeMm, mission, counters: compiled?.counters };
-}
-
 /** What a state of the world says about its play. */
 function eventOf({ playing, shown_ms: shown }: WorldState): PlayEvent {
   if (playing) return "plays";
@@ -360,10 +349,3 @@ function eventOf({ playing, shown_ms: shown }: WorldState): PlayEvent {
 
 /** That of this page. */
 export const session = new Session();
-
-const listen = (changed: () => void) => session.listen(changed);
-
-/** What the newest picture shows, such as a text or a number; null where there is no picture. Drawn again only where it differs. */
-export function useShown<Shown extends string | number>(show: (picture: Picture | null) => Shown): Shown {
-  return useSyncExternalStore(listen, () => show(session.picture));
-}

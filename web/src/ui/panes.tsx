@@ -107,7 +107,7 @@ export function usePageState(name: "print" | "tour", value: string): void {
   useEffect(() => {
     document.documentElement.dataset[name] = value;
     return () => {
-      delete document.documentElement.dataset[name];
+      Reflect.deleteProperty(document.documentElement.dataset, name);
     };
   }, [name, value]);
 }
