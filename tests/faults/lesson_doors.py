@@ -245,7 +245,7 @@ async def leave(run: "Lesson") -> None:
         return
     device = pupil.devices.pop(0)
     kept = dict(device.cookies)
-    await run.expect("as-asked", device, "class/leave", DONE)
+    await run.expect("leaves", device, "class/leave", DONE)
     run.world.keep("no-secrets", not device.cookies, "a cookie stays after leaving")
     device.cookies = kept
     run.gone.append((device, "projects/list", "class-session-needed"))

@@ -329,7 +329,7 @@ async def remove(run: "Lesson") -> None:
 
 async def remove_pupil(run: "Lesson", pupil: "Pupil") -> None:
     """Remove a pupil, and check that the pupil is out."""
-    await run.expect("as-asked", run.teacher, "teacher/remove", DONE, pupil=pupil.id)
+    await run.expect("leaves", run.teacher, "teacher/remove", DONE, pupil=pupil.id)
     forget(run, pupil)
     for device in pupil.devices[:2]:
         await run.expect("out-is-out", device, "projects/list", "class-session-needed")
@@ -362,7 +362,7 @@ def forget(run: "Lesson", pupil: "Pupil") -> None:
 async def end_class(run: "Lesson") -> None:
     """The teacher ends the class: a wrong password ends nothing; afterwards nobody is in it, and nothing is left."""
     await run.expect("wrong-guess", run.teacher, "teacher/end", "wrong-password", password=PASSWORD[1:])
-    await run.expect("as-asked", run.teacher, "teacher/end", DONE, password=PASSWORD)
+    await run.expect("leaves", run.teacher, "teacher/end", DONE, password=PASSWORD)
     pupils = list(run.pupils)
     for pupil in pupils:
         forget(run, pupil)
