@@ -143,7 +143,7 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
             "async with asyncio.timeout(_BACK_S):",
             "async with asyncio.timeout(60 * _BACK_S):",
         ),
-        ("any-answer-confirms-a-stop", " and orders == self._orders", "", 3397),
+        ("any-answer-confirms-a-stop", "if orders == self._orders and not", "if not", 3397),
     ),
     ("fleet", "fleet/cars.py"): (
         (

@@ -248,8 +248,12 @@ class KeyedCar:
         names = ["plain", "no-keys", "of-a-car", "old-tls", "elsewhere", *sorted(self.revoked)]
         for name in self.random.sample(names, 2):
             moves, stops = self.board.moves, self.control and self.control.telemetry().state
+            assert self.control
+            before = self.control.turned_away
             told = await self._try(name)
             self.world.keep("strangers-stay-out", not told, f"{name} is sent {told[:60]!r}")
+            counted = self.control.turned_away - before
+            self.world.keep("logged", counted > 0, f"{name} isn't counted among those who were turned away")
             self.world.keep("strangers-stay-out", self.board.moves == moves, f"{name} moves the car")
             state = self.control and self.control.telemetry().state
             both = {stops, state}

@@ -388,6 +388,8 @@ async def come_late(run: "Shelf") -> None:
     run.announce(other, CAR)
     async with run.fleet(within_s=2.0) as fleet:
         await asyncio.sleep(run.random.choice((10.0, 80.0)))
+        shown = row(fleet, car)
+        run.keep("found", shown is not None and shown.away, f"a car that was announced and is off is shown as {shown}")
         begin_s = run.world.now_s
         car.start()
         while run.world.now_s < begin_s + 12.0 and (row(fleet, car) is None or row(fleet, car).away):
