@@ -28,7 +28,7 @@ function PutConvoy({ id }: { id: PieceId }) {
   const t = useTexts();
   const cars = useMat(({ hello }) => hello?.cars ?? 0);
   const isPossible = cars > 0 && cars <= MOST_ONE_BY_ONE;
-  return <ToolButton icon="leader" wide tone="main" label={t("mat.putConvoy")} isDisabled={!isPossible} onPress={() => putConvoy(id)} />;
+  return <ToolButton icon="leader" wide primary label={t("mat.putConvoy")} isDisabled={!isPossible} onPress={() => putConvoy(id)} />;
 }
 
 const LEAST_M = 0.01;

@@ -31,11 +31,12 @@ interface ToolButtonProps extends Omit<ButtonProps, "children" | "className"> {
   label: string;
   /** Words beside the picture: the label itself, or shorter ones. */
   wide?: boolean | string;
+  primary?: boolean;
 }
 
-export function ToolButton({ icon, label, wide = false, ...props }: ToolButtonProps) {
+export function ToolButton({ icon, label, wide = false, primary, ...props }: ToolButtonProps) {
   const button = (
-    <Button {...props} className={classes(buttons.button, buttons.tool)} aria-label={wide === true ? undefined : label}>
+    <Button {...props} className={classes(buttons.button, buttons.tool, primary && buttons.primary)} aria-label={wide === true ? undefined : label}>
       <Icon name={icon} />
       {wide !== false && <span>{wide === true ? label : wide}</span>}
     </Button>
