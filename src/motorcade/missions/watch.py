@@ -163,7 +163,9 @@ class ManyRuns:
             led=memory.allocate("Answers.led", _table("int64", first.led * runs)),
             shown=memory.allocate("Answers.shown", _table("float32", first.shown * runs)),
         )
-        self._world.ask(judging.Asked(self._every_ms, self._questions, self._answers))
+        # Where nothing is asked, nothing interrupts the worlds.
+        every_ms = self._every_ms if first.since[0] else 0
+        self._world.ask(judging.Asked(every_ms, self._questions, self._answers))
 
     def end(self) -> list[RunWatch]:
         """Return the watches of the runs, which end now."""
@@ -176,13 +178,12 @@ class ManyRuns:
         self._times_ms.append(world.now_ms)
         off, before, shown = (self._rows_of(getattr(self._answers, name)) for name in ("off", "before", "shown"))
         since = self._rows_of(self._answers.since)
-        has_events = any(kind.has_events for kind in self._attempts[0].kinds)
         for number, watch in enumerate(self._watches):
             answers = watch.run.answers
             answers.off[0][:] = off[number]
             answers.before[0][:] = before[number]
             answers.since[0][:] = since[number]
-            begun = begun_words(world, number) if has_events else ()
+            begun = begun_words(world, number) if watch.run.attempt.has_events else ()
             watch.show(self._last_moment(number, shown[number]), begun)
         return self._watches
 
