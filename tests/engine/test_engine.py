@@ -35,6 +35,7 @@ from motorcade.engine.state import DRIVEN, MOST_PARTS
 from motorcade.engine.world import World
 from motorcade.mats import Mat, Person, Physics, Voice
 from motorcade.mats.model import Starts
+from motorcade.program.steps import Step
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words
 from motorcade.words.packing import words_to_bytes
@@ -188,6 +189,16 @@ def test_a_car_on_dark_floor_that_is_pushed_is_felt_by_the_one_beside_it() -> No
     image = compile_program(Program([wait(1), wander(10, unless=dark())]), CLASSROOM).image
     acts = [nothing, lambda world: world.drive(1, 90, 1, 255), nothing, nothing]
     same_in_both(Case(mat, [image], CLASSROOM, 1), acts, 2000)
+
+
+@pytest.mark.parametrize("driving", [forward(3, speed=1), left(3, speed=1)], ids=["straight on", "on the spot"])
+def test_people_who_walk_by_are_felt_in_the_tick_in_which_they_come_and_go(driving: Step) -> None:
+    """One crosses the sectors of cars of all headings, and one comes from afar."""
+    poses = [Pose(0.5 * car, 0, 0.7 * car) for car in range(9)]
+    walkers = Person(((0.0, -2.0, 1.5), (4.0, 6.0, -1.5))), Person(((0.0, 2.0, 9.0), (4.0, 2.0, 0.5)))
+    mat = Mat("walkers", Starts.of(poses, [True] * 9), 20, people=walkers)
+    image = compile_program(Program([together(driving, pir())])).image
+    same_in_both(Case(mat, [image], CLASSROOM, 1), [nothing] * 200, 20)
 
 
 def test_a_car_that_rolls_on_is_pushed_no_further_than_others_count_on() -> None:

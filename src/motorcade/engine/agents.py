@@ -8,7 +8,7 @@ from motorcade.car.senses import NOTHING
 from motorcade.engine import bodies, clearance, floor
 from motorcade.engine.backend import in_kernel
 from motorcade.engine.geometry import FULL_TURN
-from motorcade.engine.state import DRIVEN, Arrays, Ints, Now, Singles, Words
+from motorcade.engine.state import Arrays, Ints, Now, Singles, Words
 from motorcade.words.ticks import TICKS_MASK
 
 # No control word: a car that gets it keeps its own.
@@ -41,7 +41,8 @@ def begin_words(tick: int, worlds: int, words: Words, arrays: Arrays) -> None:
     now, per_world = tick * rules.tick_ms & TICKS_MASK, cars.x.shape[0] // worlds
     for i in range(cars.x.shape[0]):
         world = i // per_world
-        word = int(words[world * per_world + int(cars.number[i])])
+        begin = world * per_world
+        word = int(words[begin + int(cars.number[i])])
         if word == KEEP or cars.program[i] > 0:
             continue
         s = cars.memory[:, i]
@@ -52,14 +53,8 @@ def begin_words(tick: int, worlds: int, words: Words, arrays: Arrays) -> None:
         s[brain.HOLDS] = 1
         brain.begin_word(s, word, now)
         wheels = brain.wheels(s, NOTHING, now, rules.levels)
-        if wheels != cars.wheels[i] and cars.wheels[i] != DRIVEN:
-            stood = bodies.stands(i, cars, rules)
-            bodies.set_displacement(i, wheels, cars, rules)
-            cars.clear[i] = clearance.for_any_displacement(cars.clear[i], tick)
-            if stood:
-                begin = world * per_world
-                last = Now(world, 0, 0, 0, tick - 1, now, brain.NO_VOICE, 0, 0, begin, begin + per_world)
-                clearance.wake_near(i, arrays, last)
+        last = Now(world, 0, 0, 0, tick - 1, now, brain.NO_VOICE, 0, 0, begin, begin + per_world)
+        clearance.set_wheels(i, wheels, arrays, last)
         # Where the wheels depend on sensors, its turn in this tick sets them.
         cars.due[i] = now
 

@@ -16,7 +16,7 @@ from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.brain import LEFT, RIGHT
 from motorcade.engine.backend import in_kernel
 from motorcade.engine.cells import cell_of, cells_around
-from motorcade.engine.geometry import FAR_UM, cosine, disc_in_cone, mix, segment_in_cone, sine
+from motorcade.engine.geometry import FAR_UM, FULL_TURN, cosine, disc_in_cone, mix, segment_in_cone, sine
 from motorcade.engine.state import DRIVEN, CarArrays, Cells, Obstacles, People, Rules
 from motorcade.mats.plane import nearest_of_segment
 
@@ -48,9 +48,21 @@ def displacement_of(i: int, cars: CarArrays, rules: Rules) -> tuple[float, float
     """The displacement of car ``i`` in x and y, and its greatest possible length, all in µm a tick."""
     displacement_x = float(cars.displacement_x[i]) / (1 << DISPLACEMENT_BITS)
     displacement_y = float(cars.displacement_y[i]) / (1 << DISPLACEMENT_BITS)
-    if rules.wheel_noise > 0.0:
+    if slips(cars.wheels[i], rules):
         return displacement_x, displacement_y, rules.fastest
     return displacement_x, displacement_y, math.sqrt(displacement_x * displacement_x + displacement_y * displacement_y)
+
+
+@in_kernel
+def slips(wheels: int, rules: Rules) -> bool:
+    """Whether nobody knows how wheels move a car in the next tick; those that stand at once are known to stand."""
+    return rules.wheel_noise > 0.0 and (wheels & 3 > 0 or rules.coast > 0.0)
+
+
+@in_kernel
+def turns_round(i: int, cars: CarArrays, rules: Rules) -> bool:
+    """Whether the heading of car ``i`` changes while it keeps its wheels."""
+    return turns(cars.wheels[i]) or slips(cars.wheels[i], rules)
 
 
 @in_kernel
@@ -111,26 +123,30 @@ def others_ahead(i: int, world: int, look: float, cars: CarArrays, cells: Cells,
     """Look at the cars that the ultrasonic sensor of car ``i``, which sees ``look`` µm far, measures or may soon.
 
     Returns:
-        For how many ticks no other car can matter to the sensor if this car keeps its displacement, and the distance
-        from its front to the nearest car in the cone (FAR_UM: none).
+        For how many ticks no other car can matter to the sensor if this car keeps its wheels, and the distance from its
+        front to the nearest car in the cone (FAR_UM: none).
     """
     x, y = float(cars.x[i]), float(cars.y[i])
     ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
     near = rules.contact + look + LOOK_BEYOND_UM
     _, _, own = displacement_of(i, cars, rules)
-    gap, obstacle = LOOK_BEYOND_UM, FAR_UM
+    gap, obstacle, nearest = LOOK_BEYOND_UM, FAR_UM, near * near
     first = cells.first[world]
     left, right, bottom, top, columns = cells_around(x, y, near + rules.drift, cells.frame[world])
     for row in range(bottom, top + 1):
         for j in range(first[row * columns + left], first[row * columns + right + 1]):
             dx, dy = float(cars.x[j]) - x, float(cars.y[j]) - y
-            if dx * dx + dy * dy >= near * near or j == i:
+            squared = dx * dx + dy * dy
+            if squared >= near * near or j == i:
                 continue
+            nearest = min(nearest, squared)
             ahead, aside = dx * ahead_x + dy * ahead_y - rules.radius, dy * ahead_x - dx * ahead_y
             gap = min(gap, _gap_to_cone(ahead, aside, look, rules))
             seen = disc_in_cone(ahead, aside, rules.radius, rules.cone_cos, rules.cone_sin)
             if seen <= look:
                 obstacle = min(obstacle, seen)
+    if turns_round(i, cars, rules):
+        gap = math.sqrt(nearest) - rules.contact - look
     return (gap - ROUNDED_UM) / (own + rules.fastest), obstacle
 
 
@@ -155,15 +171,15 @@ def obstacles_near(
 
     Returns:
         For how many ticks nothing can touch this car if it keeps its displacement; for how many whatever that is; for
-        how many its sensor sees nothing else if it keeps it; the distance that the sensor measures up to ``look``
-        (FAR_UM: nothing in the cone); and the push, in x and y, of everything that touches it.
+        how many its sensor sees nothing else if it keeps its wheels; the distance that the sensor measures up to
+        ``look`` (FAR_UM: nothing in the cone); and the push, in x and y, of everything that touches it.
     """
     displacement_x, displacement_y, own = displacement_of(i, cars, rules)
     around = rules.radius + look
     near = around + LOOK_BEYOND_UM
     # To a car that stands nothing here changes.
     ticks, obstacle, away_x, away_y = (LOOK_BEYOND_UM - ROUNDED_UM) / own if own > 0.0 else FAR_UM, FAR_UM, 0.0, 0.0
-    sees = ticks
+    sees, turning = ticks, turns_round(i, cars, rules)
     touched, pressed, along_x, along_y = 0, 0, push_x, push_y
     gap = LOOK_BEYOND_UM
     x, y = float(cars.x[i]), float(cars.y[i])
@@ -192,11 +208,12 @@ def obstacles_near(
             ticks = min(ticks, (surface - rules.radius - ROUNDED_UM) / max(closing, 1.0))
         gap = min(gap, surface - rules.radius)
         if look > 0.0:
-            # What is beside the cone of a car that drives straight on never comes into it.
-            clear = _obstacle_in_cone(i, item, _BEHIND_UM, cars, obstacles, rules) - _BEHIND_UM
-            if own > 0.0:
-                free = (clear if rules.cone_sin > _NARROW else surface - rules.radius) - look - ROUNDED_UM
-                sees = min(sees, free / own)
+            if own > 0.0 or turning:
+                free = surface - rules.radius
+                if rules.cone_sin > _NARROW and not turning:
+                    # What is beside the cone of a car that drives straight on never comes into it.
+                    free = _obstacle_in_cone(i, item, _BEHIND_UM, cars, obstacles, rules) - _BEHIND_UM
+                sees = min(sees, (free - look - ROUNDED_UM) / max(own, 1.0))
             if surface < look + rules.radius:
                 obstacle = min(obstacle, _obstacle_in_cone(i, item, 0.0, cars, obstacles, rules))
         if surface < rules.radius and distance > 0.0 and rules.collisions:
@@ -253,8 +270,7 @@ def set_push(i: int, push_x: float, push_y: float, cars: CarArrays, rules: Rules
 @in_kernel
 def whole_push(i: int, push_x: float, push_y: float, cars: CarArrays, rules: Rules) -> tuple[int, int]:
     """The push in whole µm, limited so that the car goes no further than the fastest car drives."""
-    displacement_x = float(cars.displacement_x[i]) / (1 << DISPLACEMENT_BITS)
-    displacement_y = float(cars.displacement_y[i]) / (1 << DISPLACEMENT_BITS)
+    displacement_x, displacement_y, _ = displacement_of(i, cars, rules)
     sum_x, sum_y = displacement_x + push_x, displacement_y + push_y
     length = math.sqrt(sum_x * sum_x + sum_y * sum_y)
     if length > rules.fastest:
@@ -283,7 +299,7 @@ def person_at(k: int, now: int, people: People) -> tuple[float, float]:
 
 @in_kernel
 def person_near(i: int, part: int, now: int, cars: CarArrays, people: People, rules: Rules) -> tuple[int, float]:
-    """Whether car ``i`` senses a person, and how far outside its PIR range the nearest is (0.0: within)."""
+    """Whether car ``i`` senses a person, and for how many ticks that stays so if it keeps its wheels."""
     if people.walked_ms[part] != now:
         people.walked_ms[part] = now
         for k in range(people.now_x.shape[1]):
@@ -291,14 +307,21 @@ def person_near(i: int, part: int, now: int, cars: CarArrays, people: People, ru
     x, y = float(cars.x[i]), float(cars.y[i])
     ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
     reach = rules.pir_range * rules.pir_range
-    nearest, sensed = FAR_UM * FAR_UM, 0
+    ticks, sensed, walk = FAR_UM, 0, rules.person_step + rules.fastest
+    spin = abs(float(rules.turns[cars.wheels[i]])) / FULL_TURN * math.tau
+    if slips(cars.wheels[i], rules):
+        spin = FAR_UM
     for k in range(people.now_x.shape[1]):
         dx, dy = people.now_x[part, k] - x, people.now_y[part, k] - y
         squared = dx * dx + dy * dy
-        nearest = min(nearest, squared)
-        if squared <= reach and dx * ahead_x + dy * ahead_y >= rules.pir_cos * math.sqrt(squared):
-            sensed = 1
-    return sensed, max(math.sqrt(nearest) - rules.pir_range, 0.0)
+        distance = math.sqrt(squared)
+        ticks = min(ticks, (abs(distance - rules.pir_range) - ROUNDED_UM) / walk)
+        if squared <= reach:
+            inside = dx * ahead_x + dy * ahead_y - rules.pir_cos * distance
+            sensed |= inside >= 0.0
+            # For each µm that somebody moves this changes by 2 µm at most. What is rounded are cosines, too.
+            ticks = min(ticks, (abs(inside) - 8.0 * ROUNDED_UM) / (2.0 * walk + spin * distance))
+    return sensed, ticks
 
 
 @in_kernel
@@ -317,7 +340,7 @@ def set_displacement(i: int, wheels: int, cars: CarArrays, rules: Rules) -> None
     if rules.coast > 0.0:
         return
     length = 0.0
-    if wheels >> 2 != LEFT and wheels >> 2 != RIGHT:
+    if not turns(wheels):
         length = rules.speeds[wheels & 3]
     _set_displacement_along(i, length, cars, rules)
 

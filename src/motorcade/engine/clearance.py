@@ -8,7 +8,7 @@ pushed and steered; without the bit it holds only while the car keeps its displa
 from motorcade.car.brain import WORD
 from motorcade.engine import bodies, cells, events, geometry
 from motorcade.engine.backend import in_kernel
-from motorcade.engine.state import Arrays, Now
+from motorcade.engine.state import DRIVEN, Arrays, Now
 from motorcade.words.positions import FLOOR_AT
 
 MOST_TICKS = 1000
@@ -162,6 +162,20 @@ def wake_near(i: int, arrays: Arrays, now: Now) -> None:
             if dx * dx + dy * dy < near * near and not others_due(cars.clear[j], now.tick + 1):
                 cars.clear[j] = with_others(cars.clear[j], half(now.tick + 1, 0))
                 cells.disturb(j, arrays, now)
+
+
+@in_kernel
+def set_wheels(i: int, wheels: int, arrays: Arrays, now: Now) -> bool:
+    """Set the wheels of car ``i`` unless somebody drives it; return whether they are others than before."""
+    cars, rules = arrays.cars, arrays.rules
+    if wheels == cars.wheels[i] or cars.wheels[i] == DRIVEN:
+        return False
+    stood = bodies.stands(i, cars, rules)
+    bodies.set_displacement(i, wheels, cars, rules)
+    if stood and not bodies.stands(i, cars, rules):
+        wake_near(i, arrays, now)
+    cars.clear[i] = for_any_displacement(cars.clear[i], now.tick)
+    return True
 
 
 @in_kernel

@@ -18,7 +18,7 @@ from itertools import accumulate, chain, pairwise
 from typing import Any, NamedTuple
 
 from motorcade.engine.backend import in_kernel
-from motorcade.engine.bodies import ROUNDED_UM
+from motorcade.engine.bodies import ROUNDED_UM, slips
 from motorcade.engine.clearance import MOST_TICKS, whole_ticks
 from motorcade.engine.geometry import FAR_UM, cosine, sine
 from motorcade.engine.state import DRIVEN, Buffer, CarArrays, Floor, Rules
@@ -67,15 +67,14 @@ def look_down(i: int, cars: CarArrays, floor: Floor, rules: Rules) -> tuple[int,
     x, y = float(cars.x[i]) + rules.floor_ahead * ahead_x, float(cars.y[i]) + rules.floor_ahead * ahead_y
     aside_x, aside_y = -rules.floor_aside * ahead_y, rules.floor_aside * ahead_x
     left, right, free = outside_um(x, y, aside_x, aside_y, ahead_x, ahead_y, floor)
-    dark = (1 if left <= 0.0 else 0) + (2 if right <= 0.0 else 0)
-    return dark, min(abs(left), abs(right)), free
+    return int(left <= 0.0) + 2 * int(right <= 0.0), min(abs(left), abs(right)), free
 
 
 @in_kernel
 def ticks_unchanged(wheels: int, any_um: float, ahead_um: float, rules: Rules) -> int:
     """For how many ticks the floor sensors of a car with ``wheels`` see the same, unless something pushes the car."""
     length, turn = rules.speeds[wheels & 3], abs(float(rules.turns[wheels]))
-    if wheels == DRIVEN or rules.wheel_noise > 0.0:
+    if wheels == DRIVEN or slips(wheels, rules):
         return whole_ticks((any_um - ROUNDED_UM) / rules.floor_step)
     if turn > 0.0:
         return whole_ticks((any_um - ROUNDED_UM) / (turn * rules.floor_turn))

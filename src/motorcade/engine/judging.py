@@ -346,8 +346,7 @@ def _score(world: int, now: int, question: int, questions: Questions, answers: A
                 moved_x, moved_y = abs(x - _wide(before[3 * place])), abs(y - _wide(before[3 * place + 1]))
                 standing = 1.0 if moved_x < STANDS_M and moved_y < STANDS_M else 0.0
                 off[place] += 1.0 - standing if is_found else 1.0 + standing
-        before[3 * place] = shown[car]
-        before[3 * place + 1] = shown[count + car]
+        _keep(place, car, count, before, shown)
     if finds and not is_found:
         since[question] = now
 
@@ -355,12 +354,11 @@ def _score(world: int, now: int, question: int, questions: Questions, answers: A
 @in_kernel
 def _drive(world: int, now: int, place: int, car: int, answers: Answers) -> float:
     """Add up how far a car has driven since the moment before; return how far since the first."""
-    off, before, shown = answers.off[world], answers.before[world], answers.shown[world]
-    x, y = shown[car], shown[len(answers.led[world]) + car]
+    off, before, shown, count = answers.off[world], answers.before[world], answers.shown[world], len(answers.led[world])
+    x, y = shown[car], shown[count + car]
     if now > 0:
         off[place] += apart_m(_wide(before[3 * place]), _wide(before[3 * place + 1]), _wide(x), _wide(y))
-    before[3 * place] = x
-    before[3 * place + 1] = y
+    _keep(place, car, count, before, shown)
     return float(off[place])
 
 

@@ -32,7 +32,7 @@ from motorcade.engine.backend import in_kernel, methods_in_kernel
 from motorcade.engine.judging import Asked, judge, judge_world, next_moment
 from motorcade.engine.state import DRIVEN, MOST_PARTS, NOBODY, Arrays, ForBrain, Ints, Now, Words
 from motorcade.words.flow import FLOOR, OBSTACLE, PERSON
-from motorcade.words.positions import AVOID_ENABLE_AT, FLOOR_AT, PIR_AT, UNTIL_AT, UNTIL_LEVEL_AT
+from motorcade.words.positions import AVOID_ENABLE_AT, FLOOR_AT, MOTOR_SPEED_AT, PIR_AT, UNTIL_AT, UNTIL_LEVEL_AT
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
 
 _NEVER = next_wakeup.NEVER_MS
@@ -44,8 +44,7 @@ class Sensed(NamedTuple):
     """What a car senses, as `motorcade.car.senses.Senses`, and what its look around found besides.
 
     Attributes:
-        looked: whether it looked around.
-        obstacle_ms, person_ms: for how many ms the one and the other can't change.
+        obstacle_ms, person_ms: for how many ms the one and the other can't change; NEVER_MS where it doesn't look.
         push_x, push_y: how other cars and obstacles push it, in µm.
         floor_um, floor_ahead_um: how far its floor sensors can move before they see something else; see
             `motorcade.engine.floor`.
@@ -54,7 +53,6 @@ class Sensed(NamedTuple):
     obstacle_mm: int
     person: int
     dark_floor: int
-    looked: bool
     obstacle_ms: int
     person_ms: int
     push_x: float
@@ -84,15 +82,14 @@ class CarTurn(NamedTuple):
 
     def note_end(self) -> None:
         """Store that a state is over because of its condition."""
-        s, number, now = self.memory, self.arrays.cars.number[self.i], self.now
-        events.record(self.arrays.counters, now.part, now.ms, number, events.OVER, 0, s[brain.WORD], s[brain.STATE])
+        self.note(events.OVER, self.now.ms, self.memory[brain.WORD], self.memory[brain.STATE])
 
     def note_flow(self, index: int) -> None:
         """Store that a flow word was executed; not those of a tick in which the car can't go on to a state."""
         s, d, number = self.memory, self.decisions, self.arrays.cars.number[self.i]
         counters, part, at_ms = self.arrays.counters, self.now.part, s[brain.STARTED_MS]
         other = int(index) + events.NEXT_WORD * int(d[decisions.NEXT])
-        events.record(counters, part, at_ms, number, events.FLOW, 0, self.image[1 + int(index)], other)
+        self.note(events.FLOW, at_ms, self.image[1 + int(index)], other)
         if d[decisions.FLOW_LEFT] == 0:
             events.forget_flow(counters, part, at_ms, number)
 
@@ -107,23 +104,25 @@ class CarTurn(NamedTuple):
     def note_frame(self, frame: int, result: int) -> None:
         """Count a frame that the brain has processed, and store the event: received or lost."""
         cars, counters, i, part, now = self.arrays.cars, self.arrays.counters, self.i, self.now.part, self.now.ms
-        number, sender = cars.number[i], cars.heard_from[i]
+        number, sender, why = cars.number[i], cars.heard_from[i], 0
         cars.heard_from[i] = NOBODY
         if result == frames.BAD_PARITY:
-            events.record_loss(counters, part, now, number, events.PARITY, frame, sender)
+            why = events.PARITY
         elif result == frames.BAD_RESERVED:
-            events.record_loss(counters, part, now, number, events.RESERVED, frame, sender)
+            why = events.RESERVED
         elif result == frames.BAD_CHECK:
-            events.record_loss(counters, part, now, number, events.CHECK, frame, sender)
+            why = events.CHECK
         elif result == frames.REMOTE:
-            events.record_loss(counters, part, now, number, events.REMOTE, frame, sender)
+            why = events.REMOTE
         elif result == frames.DEAF:
-            events.record_loss(counters, part, now, number, events.DEAF, frame, sender)
+            why = events.DEAF
+        if why:
+            events.record_loss(counters, part, now, number, why, frame, sender)
         else:
             counters.counts[part, events.FRAMES_HEARD] += 1
             if frame != cars.heard[i]:
                 counters.counts[part, events.UNDETECTED] += 1
-            events.record(counters, part, now, number, events.HEARD, 0, frame & 0xFFFFFFFE, sender)
+            self.note(events.HEARD, now, frame & 0xFFFFFFFE, sender)
 
     def heard_voice(self) -> int:
         """The voice command that the car hears in this tick, NO_VOICE for none."""
@@ -136,7 +135,7 @@ class CarTurn(NamedTuple):
         """
         s, rules, people = self.memory, self.arrays.rules, self.arrays.people
         obstacle_ms, person_ms, distance, push_x, push_y = _NEVER, _NEVER, geometry.FAR_UM, 0.0, 0.0
-        asked = s[brain.WORD] if s[brain.RUNNING] else 0
+        asked = s[brain.WORD] if _minds_senses(s, self.now.ms, self.levels) else 0
         if self.leads and decisions.decides(self.decisions):
             asked = _SENSES
         if looks_mm > 0:
@@ -145,13 +144,12 @@ class CarTurn(NamedTuple):
             obstacle_ms = ticks * rules.tick_ms
         person, dark, any_um, ahead_um = 0, 0, geometry.FAR_UM, geometry.FAR_UM
         if people.now_x.shape[1] and asked >> PIR_AT & 1:
-            person, outside = bodies.person_near(self.i, self.now.part, self.now.ms, self.arrays.cars, people, rules)
-            ticks = clearance.whole_ticks((outside - bodies.ROUNDED_UM) / (rules.person_step + rules.fastest))
-            person_ms = ticks * rules.tick_ms
+            person, free = bodies.person_near(self.i, self.now.part, self.now.ms, self.arrays.cars, people, rules)
+            person_ms = clearance.whole_ticks(free) * rules.tick_ms
         if self.arrays.floor.shape[0] and asked >> FLOOR_AT & 1:
             dark, any_um, ahead_um = floor.look_down(self.i, self.arrays.cars, self.arrays.floor, rules)
         seen_mm = bodies.obstacle_mm(distance, rules)
-        return Sensed(seen_mm, person, dark, looks_mm > 0, obstacle_ms, person_ms, push_x, push_y, any_um, ahead_um)
+        return Sensed(seen_mm, person, dark, obstacle_ms, person_ms, push_x, push_y, any_um, ahead_um)
 
     def set_outputs(self, wheels: int, senses: Sensed) -> tuple[bool, int]:
         """Set the wheels; return whether the car looked around, and for how many ms it needs no turn.
@@ -159,33 +157,20 @@ class CarTurn(NamedTuple):
         The LED follows from the memory (`motorcade.car.brain.lit_led`), so nothing has to be set.
         """
         i, cars, rules = self.i, self.arrays.cars, self.arrays.rules
-        looked, away = senses.looked, min(senses.obstacle_ms, senses.person_ms)
-        minds, floor_um = looked, senses.floor_um
+        away, floor_um = min(senses.obstacle_ms, senses.person_ms), senses.floor_um
         decides = self.leads and decisions.decides(self.decisions)
         if decides:
             away, floor_um = self.unchanged_ms(senses)
-            minds = looked and away < next_wakeup.NEVER_MS
-        if wheels != cars.wheels[i] and cars.wheels[i] != DRIVEN:
-            stood = bodies.stands(i, cars, rules)
-            bodies.set_displacement(i, wheels, cars, rules)
-            if stood and not bodies.stands(i, cars, rules):
-                clearance.wake_near(i, self.arrays, self.now)
-            cars.clear[i] = clearance.for_any_displacement(cars.clear[i], self.now.tick)
-            if minds:
-                # That time was computed for the displacement that the car had.
-                away = 0
-        elif minds and (bodies.turns(wheels) or rules.wheel_noise > 0.0):
+        if clearance.set_wheels(i, wheels, self.arrays, self.now) and away < _NEVER:
+            # That time was computed for the wheels that the car had.
             away = 0
-        if looked:
-            clearance.push(i, senses.push_x, senses.push_y, self.arrays, self.now)
+        clearance.push(i, senses.push_x, senses.push_y, self.arrays, self.now)
         if floor_um < geometry.FAR_UM:
             ticks = floor.ticks_unchanged(cars.wheels[i], floor_um, senses.floor_ahead_um, rules)
             away = min(away, ticks * rules.tick_ms)
-        if senses.push_x != 0.0 or senses.push_y != 0.0:
+        if senses.push_x != 0.0 or senses.push_y != 0.0 or (decides and self.goes_on_next_tick(senses)):
             away = 0
-        if decides and self.goes_on_next_tick(senses):
-            away = 0
-        return looked, min(away, next_wakeup.word_rest_ms(self.memory, self.now.ms, self.levels))
+        return senses.obstacle_ms < _NEVER, min(away, next_wakeup.word_rest_ms(self.memory, self.now.ms, self.levels))
 
     def unchanged_ms(self, senses: Sensed) -> tuple[int, float]:
         """For how many ms nothing that the running state asks for can change, but for the floor; and its floor_um.
@@ -225,9 +210,15 @@ class CarTurn(NamedTuple):
 
     def send_frame(self, frame: int) -> None:
         """Begin to send the 32 bits of ``frame``."""
-        number, word = self.arrays.cars.number[self.i], frame & 0xFFFFFFFE
-        events.record(self.arrays.counters, self.now.part, self.now.ms, number, events.FRAME, 0, word, 0)
+        self.note(events.FRAME, self.now.ms, frame & 0xFFFFFFFE, 0)
         channel.begin_frame(self.i, frame, self.arrays, self.now)
+
+
+@in_kernel
+def _minds_senses(s: ForBrain, now: int, levels: ForBrain) -> bool:
+    """Whether the wheels of a car that doesn't decide may depend on what it senses: its word moves them now."""
+    moves = s[brain.RUNNING] > 0 and s[brain.STOPPED] == 0 and s[brain.WORD] >> MOTOR_SPEED_AT & 3 > 0
+    return moves and elapsed_ms(now, s[brain.STARTED_MS]) < brain.motor_ms(s[brain.WORD], levels)
 
 
 @in_kernel
@@ -242,11 +233,9 @@ def _turn_of(i: int, arrays: Arrays, now: Now) -> CarTurn:
 @in_kernel
 def _switch_on(begin: int, end: int, arrays: Arrays, now: Now) -> None:
     """Switch on the cars of a world, between two indices, in their first tick."""
-    cars, levels, leaders = arrays.cars, arrays.rules.levels, 0
-    for i in range(begin, end):
-        leaders += cars.program[i] > 0
+    cars, levels = arrays.cars, arrays.rules.levels
     # Each world has as many leaders.
-    row = now.world * leaders
+    row = now.world * (arrays.decisions.shape[0] // arrays.cells.first.shape[0])
     for i in range(begin, end):
         if cars.program[i] > 0:
             cars.heard_at[i] = row
@@ -305,7 +294,7 @@ def _step_listed(turns: int, looks: int, first_sender: int, arrays: Arrays, now:
 def _only_sends_ms(car: CarTurn) -> int:
     """For how many ms a car that is due can do nothing but begin a frame; 0 where there may be more to do now."""
     s, i, cars, rules, now = car.memory, car.i, car.arrays.cars, car.arrays.rules, car.now.ms
-    if car.leads or s[brain.WORD] & _SENSES:
+    if car.leads or (s[brain.WORD] & _SENSES and _minds_senses(s, now, rules.levels)):
         return 0
     if cars.heard_from[i] != NOBODY and reached(now, cars.heard_at[i]):
         return 0

@@ -40,11 +40,15 @@ def list_due(low: int, arrays: Arrays, now: Now) -> tuple[int, int, int]:
     while low < now.end and (listed == 0 or listed + GROUP <= room):
         group, high, before = (low - now.begin) // GROUP, min(low + GROUP, now.end), turns + looks
         if all_awake or around.wakes[share, group] <= now.tick:
+            # Several cars at an instruction; none of those that have had their turn in this tick is listed here.
+            for i in range(low, high):
+                has_turn = loud | (reached(now.ms, cars.due[i]) > 0)
+                looks_around = (not has_turn) & clearance.is_due(cars.clear[i], now.tick) & (rules.collisions > 0)
+                cars.order[i] = 2 * looks_around + has_turn
             for i in range(low, high):
                 around.car[share, turns], around.looks[share, looks] = i, i
-                has_turn = loud | (reached(now.ms, cars.due[i]) > 0)
-                turns += has_turn
-                looks += (not has_turn) & clearance.is_due(cars.clear[i], now.tick) & (rules.collisions > 0)
+                turns += cars.order[i] & 1
+                looks += cars.order[i] >> 1
             listed += high - low
             # A busy group hardly ever rests in the next tick; one of a few cars does after a turn of one of them.
             is_busy = (turns + looks - before) * _BUSY > max(high - low, _BUSY)

@@ -94,7 +94,7 @@ class CarArrays(NamedTuple):
     air_until: Words  # until when frames of others are on the air here, ms
     sends_until: Words  # until when it sends its own frame, ms
     push: Words  # how contacts move it in this tick: x and y as two int16, µm; scratch while cars are sorted
-    order: Words  # the cars that begin a frame in this tick; scratch while cars are sorted
+    order: Words  # the cars that begin a frame in this tick; scratch while cars are sorted or listed
     wheels: Bytes  # direction * 4 + speed level, or DRIVEN
     program: Bytes  # 0: follows; k: leads with image k - 1
 

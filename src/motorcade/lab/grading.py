@@ -43,8 +43,7 @@ def grade_runs(
     Raises MotorcadeError.
     """
     attempts = [attempt_of(mission, image) for image in images]
-    kinds = attempts[0].kinds
-    with_events = any(kind.has_events for kind in kinds)
+    with_events = attempts[0].has_events
     world = World(mission.mat, images, mission.profile, seeds=list(seeds), events=with_events, threads=1)
     world.assign_images(programs)
     runs = ManyRuns(world, [attempts[program] for program in programs])

@@ -178,6 +178,7 @@ class SteppedWorlds:
         first, last = self.agents[[0, -1]].tolist()
         self._places = slice(first, last + 1) if last - first + 1 == len(self.agents) else self.agents
         self._set_actions(options.actions)
+        self._choices = np.array(self.choices, np.uint64)
         self._reward = options.reward
         # The mission whose grade gives the rewards.
         self._watched = mission if options.reward is None else None
@@ -225,7 +226,6 @@ class SteppedWorlds:
             self.choices = [len(words)]
             self._shifts = None
             self._base = np.array(words, np.uint32)
-            self._choices = np.array(self.choices, np.uint64)
             return
         names = list(FIELDS)
         if actions != "words":
@@ -235,7 +235,6 @@ class SteppedWorlds:
                 raise not_allowed("actions", name, ", ".join(("words", "wheels", *FIELDS)))
         fields = [FIELDS[name] for name in names]
         self.choices = [field.maximum + 1 for field in fields]
-        self._choices = np.array(self.choices, np.uint64)
         self._shifts = np.array([field.low for field in fields], np.uint32)
         others = {name: value for name, value in _OTHERS.items() if name not in names}
         self._base = np.array(CONTROL.encode(**others), np.uint32)
@@ -338,7 +337,7 @@ class SteppedWorlds:
             next_ms = end_ms
             if before_ms < length_ms:
                 next_ms = min(end_ms, length_ms)
-            run_to_next(world, next_ms, EVERY_MS)
+            run_to_next(world, next_ms)
             is_next = before_ms // EVERY_MS != world.now_ms // EVERY_MS
             if before_ms < length_ms and (is_next or world.now_ms >= length_ms):
                 self._see()
@@ -391,10 +390,7 @@ class SteppedWorlds:
 
     def _grades(self) -> Floats:
         """Each world's grade in the mission, 0 to 1."""
-        mission = self._watched
-        if mission is None:
-            return np.array([])
-        return np.array([grade_of(mission, watch.grades()) for watch in self._watches])
+        return np.array([grade_of(watch.run.attempt.mission, watch.grades()) for watch in self._watches])
 
     def _rewards(self) -> Floats:
         """The rewards of the step that ends now."""

@@ -205,6 +205,11 @@ class Attempt(MadeOnce):
         who.extend(cars)
 
     @cached_property
+    def has_events(self) -> bool:
+        """Whether any of the goals needs the beginnings of words."""
+        return any(kind.has_events for kind in self.kinds)
+
+    @cached_property
     def round_ms(self) -> int:
         """How long the states of the leader last in all: then it begins again, unless it decides."""
         return sum(length_ms(word, self.mission.profile) for word in self.image.leader)

@@ -63,8 +63,8 @@ class Odds:
         runs = max(1, min(_RUNS, len(seeds), _MOST_CARS // cars))
         attempt = attempt_of(mission, image)
         self._kinds = attempt.kinds
-        with_events = any(kind.has_events for kind in attempt.kinds)
-        self._world = open_worlds(mission.mat, [image], mission.profile, self._next_seeds(runs), with_events)
+        given_seeds = self._next_seeds(runs)
+        self._world = open_worlds(mission.mat, [image], mission.profile, given_seeds, attempt.has_events)
         self._runs = ManyRuns(self._world, [attempt] * runs)
         self._call_ms = max(_WORK * 1000 // (cars * runs), self._world.tick_ms)
 

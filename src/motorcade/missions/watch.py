@@ -162,7 +162,9 @@ class ManyRuns:
         for name, dtype in _ANSWERS.items():
             arrays[name] = memory.allocate(f"Answers.{name}", _table(dtype, getattr(first, name) * runs))
         self._answers = judging.Answers(**arrays)
-        self._world.ask(judging.Asked(self._every_ms, self._questions, self._answers))
+        # Where nothing is asked, nothing interrupts the worlds.
+        every_ms = self._every_ms if first.since[0] else 0
+        self._world.ask(judging.Asked(every_ms, self._questions, self._answers))
 
     def end(self) -> list[RunWatch]:
         """Return the watches of the runs, which end now."""
@@ -174,11 +176,10 @@ class ManyRuns:
             tick = judging.next_moment(tick, self._every_ms, world.tick_ms)
         self._times_ms.append(world.now_ms)
         found = {name: self._rows_of(getattr(self._answers, name)) for name in _ANSWERS}
-        has_events = any(kind.has_events for kind in self._attempts[0].kinds)
         for number, watch in enumerate(self._watches):
             for name in ("off", "before", "since"):
                 getattr(watch.run.answers, name)[0][:] = found[name][number]
-            begun = begun_words(world, number) if has_events else ()
+            begun = begun_words(world, number) if watch.run.attempt.has_events else ()
             watch.show(self._last_moment(number, found["shown"][number]), begun)
         return self._watches
 
