@@ -7,6 +7,7 @@ import psutil
 import pytest
 
 from motorcade.errors import MotorcadeError
+from motorcade.server.studio import workers
 from motorcade.server.studio.library import FolderStorage
 from motorcade.server.studio.workers import Workers
 from motorcade.service.requests import Context
@@ -34,6 +35,15 @@ def context(tmp_path):
 def test_a_request_gets_no_more_cpu_time_than_it_may_take(context):
     with pytest.raises(MotorcadeError) as refused:
         asyncio.run(Workers().answer("missions/open", ENDLESS, context, 0.2))
+    assert refused.value.code == "request-too-heavy"
+
+
+def test_a_process_that_ends_while_it_starts_is_a_refusal(context, monkeypatch):
+    monkeypatch.setattr(workers, "_waiting", [])
+    # It ends at once, as one does that gets no memory.
+    monkeypatch.setattr(workers, "_serve", id)
+    with pytest.raises(MotorcadeError) as refused:
+        asyncio.run(Workers().answer("missions/open", b"{}", context, DEADLINE_S))
     assert refused.value.code == "request-too-heavy"
 
 

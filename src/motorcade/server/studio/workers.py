@@ -39,9 +39,13 @@ class _Worker:
         self._process = _SPAWN.Process(target=_serve, args=(theirs,), daemon=True)
         self._process.start()
         theirs.close()
-        self._usage = psutil.Process(self._process.pid)
-        # It is ready.
-        self.pipe.recv()
+        try:
+            self._usage = psutil.Process(self._process.pid)
+            # It is ready.
+            self.pipe.recv()
+        except BaseException:
+            self.kill()
+            raise
 
     def cpu_s(self) -> float:
         """The CPU time that it has used."""
@@ -75,8 +79,7 @@ class Workers:
         if name not in REQUESTS or REQUESTS[name].message is Nothing:
             # Such a request holds nothing that takes long; a page begins with some, and the processes start meanwhile.
             if not _waiting and self._starting is None:
-                start = to_thread.run_sync(lambda: _waiting.append(_Worker()), limiter=self._checks)
-                self._starting = asyncio.create_task(start)
+                self._starting = asyncio.create_task(to_thread.run_sync(_start_early, limiter=self._checks))
             return await to_thread.run_sync(respond, name, data, context, limiter=self._light)
         given_up = Event()
         job = partial(answer_in_process, name, data, context, most_s, given_up)
@@ -91,21 +94,32 @@ def answer_in_process(name: str, data: bytes, context: Context, most_s: float, g
     if given_up.is_set():
         return b""
     try:
-        worker = _waiting.pop()
-    except IndexError:
-        worker = _Worker()
-    try:
-        kind, value = _ask(worker, name, data, context, most_s, given_up)
-    except BaseException as problem:
-        worker.kill()
-        if not isinstance(problem, (EOFError, OSError, psutil.Error)):
+        worker = _idle_or_new()
+        try:
+            kind, value = _ask(worker, name, data, context, most_s, given_up)
+        except BaseException:
+            worker.kill()
             raise
-        # The system has ended the process, for its memory say.
+    except (EOFError, OSError, psutil.Error):
+        # The system has ended the process, for its memory say, or starts none.
         raise MotorcadeError("request-too-heavy", seconds=most_s) from None
     _waiting.append(worker)
     if kind == "answer":
         return cast(bytes, value)
     raise value if isinstance(value, MotorcadeError) else RuntimeError(value)
+
+
+def _start_early() -> None:
+    # Where it fails, the request that needs it says so.
+    with suppress(EOFError, OSError, psutil.Error):
+        _waiting.append(_Worker())
+
+
+def _idle_or_new() -> _Worker:
+    try:
+        return _waiting.pop()
+    except IndexError:
+        return _Worker()
 
 
 def _ask(
