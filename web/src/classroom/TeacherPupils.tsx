@@ -95,7 +95,7 @@ function Pupil({ pupil }: { pupil: PupilRow }) {
             <Action onClick={() => void attempt(() => askTeacher("reset-number", { pupil: id }))}>{t("resetNumber")}</Action>
           </p>
           <Form className="wrap" onSubmit={() => void attempt(() => askTeacher("rename", { pupil: id, name }))}>
-            <input value={name} maxLength={20} aria-label={t("nickname")} onChange={(event) => setName(event.target.value)} />
+            <input value={name} maxLength={20} aria-label={t("newName", { name: pupil.name })} onChange={(event) => setName(event.target.value)} />
             <Action type="submit" disabled={!name.trim() || name === pupil.name}>
               {t("rename")}
             </Action>
