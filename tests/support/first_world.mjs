@@ -47,7 +47,7 @@ async function begin(zip) {
   world = new FirstWorld(opening, "ab".repeat(16), { onOpen: () => undefined, onMessage: got, onClose: () => undefined }, (given) => {
     listeners = given;
     return { send: (data) => python.push(data) > 0, close: () => undefined };
-  });
+  }, () => undefined);
 }
 
 function advance(milliseconds) {

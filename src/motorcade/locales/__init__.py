@@ -23,6 +23,7 @@ import locale
 import os
 from collections.abc import Mapping, Sequence
 from functools import cache
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
@@ -105,8 +106,7 @@ def _told(value: Any, language: str, audience: str) -> Any:
     """Return a detail in the language of its sentence; an error inside it is for the same audience."""
     if isinstance(value, int) and value.bit_length() > _MOST_BITS:
         return f"{'-' if value < 0 else ''}2^{value.bit_length() - 1}"
-    # NumPy's numbers too.
-    if hasattr(value, "__index__") and not isinstance(value, bool):
+    if isinstance(value, Integral) and not isinstance(value, bool):
         return _Count(value)
     if audience and hasattr(value, "code"):
         return value.sentence(language, audience)
