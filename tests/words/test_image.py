@@ -92,7 +92,8 @@ def test_an_image_that_is_too_long_is_refused(image, more):
     code, sentence = fault(image_bytes(image) + words_to_bytes(more))
     words = 1 + len(image.leader) + len(image.followers)
     assert code == "image-too-long"
-    assert f"announces {words} words, {words + len(more)} are here" in sentence
+    assert f"announces {words} word" in sentence
+    assert f", {words + len(more)} are here" in sentence
 
 
 @pytest.mark.parametrize(
