@@ -143,7 +143,6 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
             "async with asyncio.timeout(_BACK_S):",
             "async with asyncio.timeout(60 * _BACK_S):",
         ),
-        ("any-answer-confirms-a-stop", "if orders == self._orders and not", "if not", 3397),
     ),
     ("fleet", "fleet/cars.py"): (
         (
@@ -408,6 +407,7 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
         ("any-name-for-a-car", "            check_name(new)\n", "            pass\n"),
     ),
     ("shelf", "fleet/contact.py"): (
+        ("any-answer-confirms-a-stop", "if orders == self._orders and not", "if not"),
         ("away-too-late", "MISSES = 3", "MISSES = 30"),
         (
             "never-away-again",

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 # What an order to a car near by takes, and until one that is off, or back, is known to be.
 _ORDER_S, _BACK_S, _AWAY_S, _LEAST_AWAY_S = 0.2, 4.0, 5.2, 2.5
 # For so long a network carries nothing; an order comes so soon to a car that waits for its next try.
-_LOST_S, _SOON_S = 4.0, 0.5
+_LOST_S, _SOON_S, _FAR_S = 4.0, 0.5, 0.2
 _BAD_NAMES = ("", "all", "ALL", "a b", "x" * 33, "a\n")
 
 
@@ -168,6 +168,29 @@ async def order_the_lost(run: "Shelf") -> None:
         await asyncio.sleep(_BACK_S)
         is_right = (driven.state == "stopped") == (kind == STOP)
         run.keep("away-first", is_right, f"a drive server that is back is {driven.state} after {kind}")
+
+
+async def order_in_flight(run: "Shelf") -> None:
+    """An answer confirms its own order alone: a car whose power fails before the next one gets that when it is back."""
+    car = run.car()
+    run.network.link(f"people to {car.host}", _FAR_S)
+    async with run.fleet([listed(car)]) as fleet:
+        await asyncio.sleep(2.0)
+        first, then = run.random.choice(((GO, STOP), (STOP, STOP), (STOP, GO)))
+        fleet.order(first)
+        # The first one has come, and its answer is on its way. The next one is on its way when the power fails.
+        await asyncio.sleep(_FAR_S * 1.5)
+        fleet.order(then)
+        await asyncio.sleep(_FAR_S * 0.9)
+        kinds = [asked for asked in car.kinds() if asked != ASK]
+        car.end()
+        missing = [status.where for status in await fleet.confirmed(_LOST_S)]
+        run.keep("away-first", missing == [car.where], f"{kinds} came, and {then} is lost, but {missing} miss an order")
+        begin_s = run.world.now_s
+        car.start()
+        await asyncio.sleep(_BACK_S)
+        kinds = [asked for asked in car.kinds(begin_s) if asked != ASK]
+        run.keep("stop-gets-through", kinds[:1] == [then], f"a car that is back gets {kinds}, though {then} is ordered")
 
 
 async def name_them(run: "Shelf") -> None:
@@ -398,4 +421,16 @@ async def come_late(run: "Shelf") -> None:
         _compare(run, fleet, other)
 
 
-ACTS = (table, order, order_the_lost, name_them, crowd, share_a_host, strange, forget, plug_in, come_late)
+ACTS = (
+    table,
+    order,
+    order_the_lost,
+    order_in_flight,
+    name_them,
+    crowd,
+    share_a_host,
+    strange,
+    forget,
+    plug_in,
+    come_late,
+)

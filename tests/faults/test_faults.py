@@ -31,7 +31,7 @@ KEPT = (
     ("driving", 2514, "a horn sounded 8 s after it was sent, at the end of a stall that began with the connection"),
     ("fleet", 11, "a car had the new program, and was said to have the old one after a further try was refused"),
     ("fleet", 94, "a car counted as away after an upload, in which nobody had asked it"),
-    ("fleet", 3397, "the answer to a stop confirmed a later one, which a car whose power failed never got"),
+    ("shelf", 5, "the answer to a stop confirmed a later one, which a car whose power failed never got"),
 )
 
 
