@@ -17,8 +17,8 @@ def open_map(studio):
 
 
 def middle_of(block):
-    """Return where the middle of a block is; while it runs, a glow makes it larger on all sides."""
-    box = block.bounding_box()
+    """Return where the middle of a block's first words is; a block that runs has a glow, which makes it larger."""
+    box = block.locator("text").first.bounding_box()
     return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
