@@ -97,6 +97,9 @@ def main() -> None:
     parser.add_argument("--turns", type=int, default=5)
     parser.add_argument("--only", default="", help="a part of the name of the crowds that are wanted")
     arguments = parser.parse_args()
+    if not (arguments.folder / "src" / "motorcade" / "engine").is_dir():
+        # Python would take the installed package, which is this checkout.
+        parser.error(f"{arguments.folder} is no checkout of Motorcade")
     table = Table("", "this checkout", "against the other: clock", "processors' time", "goal")
     for row in rows(arguments.folder.resolve(), arguments.turns, arguments.only):
         table.add_row(*row)
