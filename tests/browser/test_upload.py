@@ -5,10 +5,9 @@ from collections import deque
 
 from playwright.sync_api import expect
 
-from motorcade.boards.computer import ImageStore
+from motorcade.boards.computer import ImageStore, simulated_car
 from motorcade.boards.lines import WaitingLine
 from motorcade.config.profile import built_in_profile
-from support.simulated_car import simulated_car
 from support.studio_page import StudioPage
 from support.studio_programs import FOLLOWED
 

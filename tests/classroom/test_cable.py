@@ -7,12 +7,11 @@ import json
 import pytest
 from starlette.websockets import WebSocketDisconnect
 
-from motorcade.boards.computer import ImageStore
+from motorcade.boards.computer import ImageStore, simulated_car
 from motorcade.boards.lines import TcpPort
 from motorcade.server.studio import uploads
 from motorcade.upload import transfer
 from motorcade.upload.serial_port import BARE, BOARD, PortInfo
-from support.simulated_car import simulated_car
 from support.strategies import CLASSROOM
 
 HERS, HIS, THE_TEACHERS = (bytes.fromhex(f"01000000 0{digit}800000") for digit in "123")

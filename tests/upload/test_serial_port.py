@@ -11,7 +11,7 @@ import pytest
 import serial
 from serial.tools.list_ports_common import ListPortInfo
 
-from motorcade.boards.computer import ImageStore
+from motorcade.boards.computer import ImageStore, simulated_car
 from motorcade.boards.lines import TcpPort
 from motorcade.config.profile import built_in_profile
 from motorcade.errors import MotorcadeError, Phrase
@@ -24,7 +24,6 @@ from motorcade.words.upload import READBACK_REQUEST
 from support.driven_car import deaf_port
 from support.played_car import IMAGE, PlayedCar
 from support.pseudo_terminal import PseudoTerminal
-from support.simulated_car import simulated_car
 from support.socket_lines import without_pauses
 from support.upload_ends import read_check
 
