@@ -290,6 +290,25 @@ async def test_with_keys_a_driver_drives_under_the_name_in_them_and_goes_on_hear
         await until(lambda: not car.board.moves)
 
 
+def test_a_name_that_is_found_after_its_driver_has_left_raises_nothing(monkeypatch):
+    found, raised, finders = threading.Event(), [], []
+
+    def look_up(*_, **options):
+        finders.append(threading.current_thread())
+        found.wait(30)
+        return []
+
+    monkeypatch.setattr(socket, "getaddrinfo", look_up)
+    monkeypatch.setattr(threading, "excepthook", raised.append)
+    with pytest.raises(DriveError), BlockingDriveClient("a-slow-name.example", patience_s=0.05):
+        pytest.fail("There is no car.")
+    found.set()
+    for finder in finders:
+        finder.join()
+    assert finders
+    assert raised == []
+
+
 @mock_clock
 async def test_with_keys_the_host_names_the_car_where_no_other_name_is_given(tls, keys, monkeypatch):
     """Another car of the class, which has keys too, may answer at the address of the host."""

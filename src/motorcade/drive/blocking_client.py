@@ -108,6 +108,8 @@ class _DaemonThreads(ThreadPoolExecutor):
 
     def submit(self, call: Callable[..., _Result], /, *arguments: Any, **options: Any) -> "Future[_Result]":
         future: Future[_Result] = Future()
+        # A call that has begun can't be cancelled: its result comes, also where nobody waits any more.
+        future.set_running_or_notify_cancel()
 
         def run() -> None:
             try:
