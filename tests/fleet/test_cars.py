@@ -227,17 +227,22 @@ def car_at_a_cable(folder):
     # Another process may soon have the terminal's own name.
     port.symlink_to(line.address)
     car = SimulatedCar(7, line)
+    # Nothing that is sent after a pull is read.
+    reading = threading.Lock()
 
     def run():
         driven = Car(car)
         while not pulled.is_set():
             line.wait(0.001)
-            driven.tick()
+            with reading:
+                if not pulled.is_set():
+                    driven.tick()
         line.close()
 
     def pull():
         port.unlink(missing_ok=True)
-        pulled.set()
+        with reading:
+            pulled.set()
 
     thread = threading.Thread(target=run)
     thread.start()
