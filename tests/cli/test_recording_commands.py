@@ -58,9 +58,41 @@ def test_replay_prints_the_run_its_moments_and_its_events(folder):
 def test_replay_tells_what_the_cars_did_in_sentences(folder):
     begins, *told = run("replay", folder / "run.mcap").out.splitlines()
     assert begins.startswith("6 cars on 'a table with a wall', 2 s.")
-    assert told[0] == "    0.000 s  car 0: state 0: forward 200 mm/s 2 s, LED 0 1 s"
+    assert told[0] == "    0.000 s  car 0: word 1: forward 200 mm/s 2 s, LED 0 1 s"
     events = [line for line in lines("replay", folder / "run.mcap") if line["type"] == "event"]
     assert len(told) == sum(event["kind"] not in ("frame", "heard") for event in events)
+    assert "parity" in {event["why"] for event in events}
+    assert any(line.endswith("lost a frame: bits flipped on the way") for line in told)
+
+
+DECIDING = """from motorcade import *
+
+laps = 0
+
+def leader():
+    while laps < 2:
+        forward(1, until=obstacle(2))
+        laps += 1
+        tell(led(1, 1))
+    wait(8)
+"""
+
+
+def test_replay_tells_what_a_leader_decided(tmp_path):
+    program = tmp_path / "laps.py"
+    program.write_text(DECIDING, encoding="utf-8")
+    simulated = data("simulate", program, "--seconds", "3", "--record", tmp_path / "run.mcap")["events"]
+    _, *told = run("replay", tmp_path / "run.mcap").out.splitlines()
+    of_leader = [re.sub(r"^ *[0-9.]+ s  ", "", line) for line in told if "car 0:" in line]
+    assert of_leader[:5] == [
+        "car 0: word 1: go on with leader word 6, if not: counter 1 is below 2; next is word 2",
+        "car 0: word 2: forward 200 mm/s 1 s, until something is nearer than 300 mm",
+        "car 0: word 3: add 1 to counter 1; next is word 4",
+        "car 0: word 4: tell the followers their word 1; next is word 5",
+        "car 0: word 5: go on with leader word 1; next is word 1",
+    ]
+    decided = [(event["index"], event["next"]) for event in simulated if event["kind"] == "flow"]
+    assert decided[:4] == [(0, 1), (2, 3), (3, 4), (4, 0)]
 
 
 def test_events_of_tagged_words_show_the_control_word_and_its_tag(tmp_path):

@@ -187,7 +187,7 @@ def _stops(ending: Ending, resources: ExitStack, watchdog: Path | None) -> Calla
 
 def _observer(profile: "Profile") -> "Observer":
     """Print what the car does: a line, or a line of JSON."""
-    from motorcade.cli.console import describe_control
+    from motorcade.cli.console import describe_event
 
     def observe(kind: str, at_ms: int, word: int, detail: int | str) -> None:
         if kind in _UNLOGGED:
@@ -195,11 +195,7 @@ def _observer(profile: "Profile") -> "Observer":
         if wants_json():
             line = json_text({"t_ms": at_ms, "kind": kind, "word": word, "detail": detail})
         else:
-            does = ""
-            if kind in ("state", "start"):
-                does = describe_control(word, profile)
-            event = translated(f"car-{kind}", count=word, detail=detail, does=does)
-            line = f"{at_ms / 1000:9.3f} s  {plain(event)}"
+            line = f"{at_ms / 1000:9.3f} s  {plain(describe_event(kind, word, detail, profile))}"
         print(line)
 
     return observe

@@ -11,6 +11,7 @@ from rich.text import Text
 from motorcade.cli.output import current_language, in_language, make_table, sentence_of, translated
 from motorcade.config.profile import Profile
 from motorcade.devices.motor import DIRECTIONS
+from motorcade.engine.events import NEXT_WORD
 from motorcade.errors import Phrase
 from motorcade.locales import catalogue
 from motorcade.program.steps import SIMPLE_KINDS
@@ -127,6 +128,28 @@ def describe_control(word: int, profile: Profile) -> str:
 
 
 _DESCRIBE = {"control": describe_control, "state": describe_state, "flow": describe_flow}
+# What a car does with the word of an event.
+_DONE_WITH_WORD = {"state": describe_state, "start": describe_control, "flow": describe_flow}
+
+
+def describe_event(kind: str, word: int, detail: int | str, profile: Profile) -> str:
+    """Say in a sentence what a car did.
+
+    Args:
+        kind: of `motorcade.engine.events.KINDS`, or image: one was stored.
+        word: the event's word; of an image its size in bytes.
+        detail: ``other`` of the event, for a lost frame the reason.
+    """
+    details: dict[str, object] = {"detail": detail, "count": word}
+    if kind in _DONE_WITH_WORD:
+        details["does"] = _DONE_WITH_WORD[kind](word, profile)
+    if kind == "lost":
+        details["detail"] = Phrase(f"lost-{detail}")
+    if kind in ("state", "flow"):
+        following, index = divmod(int(detail), NEXT_WORD)
+        # As in a table of words, the leader's are numbered from 1.
+        details |= {"number": index + 1, "next": following + 1}
+    return translated(f"car-{kind}", **details)
 
 
 def words_table(words: Sequence[int], profile: Profile) -> Table:

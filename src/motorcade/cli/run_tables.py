@@ -12,7 +12,7 @@ from rich.text import Text
 from motorcade.cli.console import words_table
 from motorcade.cli.output import make_table, print_diagnostics, print_lines, print_table, translated
 from motorcade.config.profile import built_in_profile
-from motorcade.engine.events import KINDS
+from motorcade.engine.events import KINDS, NEXT_WORD
 from motorcade.errors import Phrase
 from motorcade.mats import Mat
 from motorcade.mats.document import mat_of
@@ -98,6 +98,8 @@ def _event_as_dict(event: dict[str, Any]) -> dict[str, object]:
     other = event.pop("other")
     if kind == "state":
         event["index"] = other
+    if kind == "flow":
+        event["next"], event["index"] = divmod(other, NEXT_WORD)
     if kind in ("heard", "lost"):
         event["sender"] = other
     named = {name: value for name, value in event.items() if name not in WHICH}

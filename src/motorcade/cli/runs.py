@@ -128,7 +128,7 @@ def _plot(run: RunFile, output: options.Output, speed: float = 1) -> None:
 
 def _text_lines(recording: "Recording") -> Iterator[str]:
     """Yield what the cars did as sentences, a line an event; frames and moments are left out."""
-    from motorcade.cli.console import describe_control
+    from motorcade.cli.console import describe_event
     from motorcade.runs.recording import events_as_dicts
 
     about = recording.about
@@ -138,14 +138,7 @@ def _text_lines(recording: "Recording") -> Iterator[str]:
             kind = event["kind"]
             if kind in _ON_THE_AIR:
                 continue
-            does = ""
-            if kind in ("state", "start"):
-                does = describe_control(event["word"], about.profile)
-            if kind == "lost":
-                detail = event["why"]
-            else:
-                detail = event["other"]
-            sentence = translated(f"car-{kind}", does=does, detail=detail)
+            sentence = describe_event(kind, event["word"], event["why"] or event["other"], about.profile)
             car = sentence_of(Phrase("car-number", number=event["car"]))
             yield f"{event['t_ms'] / 1000:9.3f} s  {car}: {sentence}"
 
