@@ -27,9 +27,17 @@ def host_and_port(address: str, default_port: int | None = None) -> tuple[str, i
         port = str(default_port)
     host = host.strip("[]")
     least = 0 if default_port is None else 1
-    if not host or not re.fullmatch("[0-9]{1,5}", port) or not least <= int(port) <= LAST_PORT:
+    is_port = re.fullmatch("[0-9]{1,5}", port) and least <= int(port) <= LAST_PORT
+    if not is_port or not host or (":" in host and not _is_ipv6(host)):
         raise MotorcadeError("not-host-and-port" if default_port is None else "not-a-car", address=address)
     return host, int(port)
+
+
+def _is_ipv6(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).version == 6
+    except ValueError:
+        return False
 
 
 def port_behind(port: int) -> int:

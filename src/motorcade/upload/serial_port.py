@@ -205,7 +205,7 @@ def upload(
     """
     transfer = UploadTransfer(image, baud, verify, secrets.randbelow(256), progress, retrying)
     outcome = run(transfer, port, baud)
-    if error := upload_error(port, outcome, transfer.holds, in_network="://" in port):
+    if error := upload_error(port, outcome, transfer.holds, in_network=_is_in_network(port)):
         raise error
     return str(outcome.detail)
 
@@ -254,15 +254,11 @@ def port_name(port: str) -> str:
     name = port.strip()
     if not name:
         raise TransferError("no-port-named")
-    scheme, separator, address = name.partition("://")
-    if separator:
-        if scheme.lower() != "socket":
-            raise TransferError("not-a-port-name", port=port)
+    scheme, separator, address = name.rpartition("://")
+    if separator and scheme.lower() != "socket":
+        raise TransferError("not-a-port-name", port=port)
+    if _is_in_network(name):
         return _socket_url(address)
-    host, _, number = name.rpartition(":")
-    # As cars are printed; a path such as /dev/serial/by-id/… may have a colon, too.
-    if host and number.isdecimal() and not name.startswith("/"):
-        return _socket_url(name)
     is_port = _may_be_port
     if sys.platform == "win32":
         is_port = _is_windows_port
@@ -271,6 +267,13 @@ def port_name(port: str) -> str:
         if is_port(name):
             return name
     raise TransferError("no-serial-port", port=port)
+
+
+def _is_in_network(port: str) -> bool:
+    """Whether a port is ``socket://HOST:PORT`` or ``HOST:PORT``, as cars are printed."""
+    host, _, number = port.strip().rpartition(":")
+    # A path such as /dev/serial/by-id/… may have a colon, too.
+    return "://" in port or (bool(host) and number.isdecimal() and not host.startswith("/"))
 
 
 def _socket_url(address: str) -> str:
@@ -321,7 +324,7 @@ def open_port(port: str, baud: int) -> serial.Serial:
 def open_error(port: str, problem: Exception) -> MotorcadeError:
     """The error for a port that can't be opened, with the driver's own reason."""
     text = str(problem)
-    if "://" in port:
+    if _is_in_network(port):
         return TransferError("no-car-at-address", port=port, reason=_reason(problem))
     number = _windows_number(text)
     code = None
@@ -370,6 +373,6 @@ def _gone(port: str, problem: Exception, holds: str) -> MotorcadeError:
     holding = holds_phrase(holds)
     if isinstance(problem, serial.SerialTimeoutException):
         return TransferError("takes-no-bytes", port=port, holds=holding)
-    if "://" in port:
+    if _is_in_network(port):
         return TransferError("connection-broke", port=port, reason=_reason(problem), holds=holding)
     return TransferError("port-broke", port=port, reason=_reason(problem), holds=holding)
