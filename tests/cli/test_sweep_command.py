@@ -180,7 +180,14 @@ def test_a_finished_table_is_neither_made_again_nor_replaced(spec, tmp_path):
     (tmp_path / PARADE.name).write_text('{"format": "motorcade-program/1", "leader": [{"wait": {"seconds": 1}}]}')
     assert "out.parquet holds another sweep (program parade.motorcade.json " in refusal(2, "sweep", spec, "-o", table)
     assert table.read_bytes() == before
-    assert "is no sweep's table" in refusal(2, "sweep", spec, "-o", spec)
+    (tmp_path / "other.parquet").write_bytes(spec.read_bytes())
+    assert "is no sweep's table" in refusal(2, "sweep", spec, "-o", tmp_path / "other.parquet")
+
+
+def test_a_table_is_a_parquet_file_and_has_that_name(spec, tmp_path):
+    table = tmp_path / "table.csv"
+    assert "its name must end in .parquet" in refusal(2, "sweep", spec, "-o", table)
+    assert not table.exists()
 
 
 # A cluster

@@ -165,10 +165,10 @@ def _sweep(
     with ended_by_sentences(output):
         from motorcade.cli.console import progress_bar
         from motorcade.lab.run import chosen_workers, run_sweep
+        from motorcade.runs.recording import check_writable
 
+        check_writable(output, (".parquet",))
         if capsule:
-            from motorcade.runs.recording import check_writable
-
             check_writable(capsule, (".zip",))
         plan = _plan(spec, capsule is not None)
         ran = run_sweep(plan, output, chosen_workers(scheduler, jobs), progress_bar)
