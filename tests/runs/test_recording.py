@@ -64,6 +64,13 @@ def test_a_recording_is_read_back(folder, kept):
     assert recording.damage is None
 
 
+def test_a_file_that_is_named_twice_is_written_once(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    record(["run.mcap", tmp_path / "run.mcap"], world(seeds=7), duration_ms=1000)
+    assert [file.name for file in tmp_path.iterdir()] == ["run.mcap"]
+    assert open_recording(tmp_path / "run.mcap").last_ms == 1000
+
+
 def test_the_run_is_described(folder, kept):
     about = open_recording(folder / "run.mcap").about
     assert about == kept.about

@@ -126,7 +126,9 @@ class Recorder:
         self._last_ms = -1
         self._sinks = [target for target in targets if isinstance(target, Sink)]
         self._kept = next((target for target in self._sinks if isinstance(target, InMemoryRecording)), None)
-        paths = [Path(target) for target in targets if isinstance(target, str | Path)]
+        # A file that is named twice is written once.
+        named = {Path(target).resolve(): Path(target) for target in targets if isinstance(target, str | Path)}
+        paths = list(named.values())
         for path in paths:
             check_writable(path, (DATA_ENDING, FILM_ENDING, *PICTURE_ENDINGS))
         self._files = [path for path in paths if path.suffix.lower() == DATA_ENDING]
