@@ -339,7 +339,6 @@ class Listener:
         if oldest is None and is_burst:
             if len(self._slots) < places.most:
                 return True
-            oldest = None
             if places.shares:
                 oldest = self._oldest_of_many()
         if oldest is None:
