@@ -222,8 +222,6 @@ def _read_authority(file: Path) -> _Authority:
         certificate = x509.load_pem_x509_certificate(data)
     except FileNotFoundError:
         raise MotorcadeError("no-authority", folder=file.parent) from None
-    except OSError as problem:
-        raise MotorcadeError("keys-unreadable", file=file, reason=problem) from None
     except (ValueError, TypeError):
         raise MotorcadeError("authority-unreadable", file=file) from None
     if not isinstance(key, ec.EllipticCurvePrivateKey):
