@@ -45,7 +45,7 @@ def _positions() -> str:
     control = _lowest_bits(CONTROL, "reserved", "parity")
     state = _lowest_bits(STATE, "flow", "reserved", *(field.name for field in CONTROL.fields))
     flow = _lowest_bits(FLOW, "flow", "reserved", "unused", part_bits=16)
-    unused = sum(field.word_mask for field in CONTROL.fields if field.reserved) | CONTROL.field("parity").word_mask
+    unused = CONTROL.reserved_mask | CONTROL.field("parity").word_mask
     return formatted(f'''"""Where the fields of words are, as numbers: a car needs no more of the formats.
 
 Portable. Written by scripts/generate.py from `motorcade.words.formats`; don't edit.

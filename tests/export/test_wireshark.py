@@ -222,10 +222,7 @@ def test_captured_images_show_every_word(dissect):
         header = HEADER.encode(
             leader_states=leader, follower_words=followers, dwell=followers and 1 << dice.randint(0, 7)
         )
-        words = [
-            dice.getrandbits(32) & ~sum(field.word_mask for field in CONTROL.fields if field.reserved) & ~1
-            for _ in range(leader + followers)
-        ]
+        words = [dice.getrandbits(32) & ~CONTROL.reserved_mask & ~1 for _ in range(leader + followers)]
         images.append(words_to_bytes((header, *words)))
         parse_image_bytes(images[-1])
     rows = dissect(USER0, images, IMAGE_FIELDS)

@@ -120,7 +120,7 @@ def test_a_word_that_no_step_says_is_named(leader: list[int], followers: list[in
 @given(st.lists(st.integers(0, 0xFFFFFFFF), max_size=4), st.lists(st.integers(0, 0xFFFFFFFF), max_size=4))
 def test_any_image_comes_back_or_has_its_word_named(leader: list[int], followers: list[int]) -> None:
     """The rest of each word is kept, only what no image may hold (reserved bits, parity) is taken off."""
-    unused = sum(field.word_mask for field in CONTROL.fields if field.reserved) | 1
+    unused = CONTROL.reserved_mask | 1
     words = image_words(
         Image([word & ~unused for word in leader], [word & ~unused for word in followers], 3 if followers else -1, 0)
     )

@@ -165,6 +165,7 @@ class WordFormat:
         self.fields = tuple(fields)
         self._check_layout()
         self.values: Callable[..., Any] = namedtuple(name[0].upper() + name[1:], [field.name for field in self.fields])  # type: ignore[misc]
+        self.reserved_mask = sum(field.word_mask for field in self.fields if field.reserved)
         self.paired = tuple(field for field in self.fields if field.goes_with)
 
     decode: Callable[..., Any]
