@@ -44,14 +44,14 @@ async def test_a_command_reaches_the_wheels_and_leaving_stops_them():
 
 
 @mock_clock
-async def test_who_only_looks_sends_no_command():
-    said = []
+async def test_who_only_looks_sends_no_command_and_takes_no_wheel():
+    did = []
     async with loop_car() as car:
-        car.server.refusals.say = said.append
+        car.control.record = lambda what, who: did.append(what)
         async with client(car) as watcher:
             await watcher.next_telemetry()
         await until(lambda: not car.server.commands)
-    assert said == []
+    assert did == []
 
 
 @mock_clock
