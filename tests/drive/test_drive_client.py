@@ -44,14 +44,13 @@ async def test_a_command_reaches_the_wheels_and_leaving_stops_them():
 
 
 @mock_clock
-async def test_who_only_looks_sends_no_command_and_takes_no_wheel():
-    did = []
+async def test_who_only_looks_sends_no_command_and_takes_no_place():
     async with loop_car() as car:
-        car.control.record = lambda what, who: did.append(what)
         async with client(car) as watcher:
             await watcher.next_telemetry()
+            (channel,) = car.server.commands
         await until(lambda: not car.server.commands)
-    assert did == []
+    assert not any(channel.own.counts.values())
 
 
 @mock_clock
