@@ -17,6 +17,13 @@ from motorcade.service import messages, trials, world_messages
 from motorcade.service.library import MOST_BYTES
 from motorcade.service.requests import REQUESTS
 
+# What the pages of a class are sent.
+_CLASS_ANSWERS = {
+    "ClassAnswer": class_messages.PupilView | class_messages.Goodbye | world_messages.Refused,
+    "TeacherAnswer": class_messages.ClassView | class_messages.Goodbye | world_messages.Refused,
+    "WallAnswer": class_messages.ClassWall | world_messages.Refused,
+}
+
 _HEAD = """/** Messages between the page and its service. Written by scripts/generate.py; don't edit. */
 
 /** A language's tag, such as en or zh. */
@@ -194,9 +201,7 @@ def class_types() -> str:
         _table(writer, title, f"The requests of {who}: `POST /api/{path}/<name>`.", _class_requests(f"{path}/"))
         for title, who, path in (("PupilRequests", "pupils", "class"), ("TeacherRequests", "the teacher", "teacher"))
     ]
-    unions = [
-        writer.union(name, getattr(class_messages, name)) for name in ("ClassAnswer", "TeacherAnswer", "WallAnswer")
-    ]
+    unions = [writer.union(name, answers) for name, answers in _CLASS_ANSWERS.items()]
     body = [*writer.interfaces.values(), *unions, *tables]
     imported = sorted(name for name in (*writer.imported, "Sentence", "MatDocument"))
     head = _CLASS_HEAD.replace("{names}", ", ".join(imported))

@@ -73,6 +73,15 @@ NEVER = {
     "browser": ("cameras", "drive", "fleet", "hardware", "runs"),
 }
 
+# Who reads files of the package, or what this program has just made. What others may have made is opened in
+# `config.files`, where no pipe, no device and no endless file keeps a reader.
+READ_OWN_FILES = {
+    *("browser.site", "cli.words", "config.files", "config.profile", "engine.linear_memory", "engine.saving"),
+    *("engine.webassembly", "engine.world", "extras", "firmware.arduino_library", "firmware.car_files"),
+    *("firmware.install", "imports", "lab.capsule", "lab.plan", "locales", "missions.check", "missions.document"),
+    "service.documents",
+}
+
 # What a class does, without a server: these files import only what runs in a page's worker too.
 CLASS_CORE = ("messages", "names", "pairs", "record", "room")
 
@@ -137,6 +146,18 @@ def test_a_file_imports_only_what_its_wing_may():
     for name in NAMES:
         wrong += [(name, used) for used in imported_by(name) if not may_import(package_of(name), package_of(used))]
     assert wrong == []
+
+
+def is_reading(node):
+    """Whether a node is a call that reads a file by its path."""
+    if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)):
+        return False
+    modes = [mode.value for mode in node.args[:1] if isinstance(mode, ast.Constant)]
+    return node.func.attr in ("read_bytes", "read_text") or (node.func.attr == "open" and modes == ["rb"])
+
+
+def test_what_others_may_have_made_is_opened_in_one_place():
+    assert {name for name in NAMES if any(map(is_reading, nodes_of(name)))} == READ_OWN_FILES
 
 
 def test_only_the_commands_of_the_laboratory_import_it():

@@ -107,9 +107,14 @@ def test_what_lies_in_the_current_folder_neither_ends_nor_hangs_the_command(tmp_
     assert row["program"] == os.fsdecode(b"\xff")
 
 
+@pytest.mark.parametrize("kind", ["stop", "go"])
+def test_an_order_is_for_all_cars(kind):
+    assert "is for all cars at once" in refusal(2, "cars", kind, "9.9.9.9", "ada")
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX's devices")
-def test_a_list_without_an_end_is_refused():
-    assert "16 MiB" in refusal(2, "cars", "--list", "/dev/zero")
+def test_a_list_that_is_no_file_is_refused():
+    assert "no file but a pipe or a device" in refusal(2, "cars", "--list", "/dev/zero")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")

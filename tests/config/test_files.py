@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from motorcade.config.files import locked, parse, read_bytes, replace_file
+from motorcade.config.files import locked, parse, read_bytes, read_text, replace_file
 from motorcade.errors import InputError, MotorcadeError
 
 
@@ -77,10 +77,37 @@ def test_a_lock_holds_though_its_file_is_deleted(tmp_path):
         pass
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="POSIX's devices")
-def test_a_file_without_an_end_is_not_read_to_its_end():
+def test_a_file_that_is_too_large_is_not_read_to_its_end(tmp_path):
+    huge = tmp_path / "huge"
+    with huge.open("wb") as file:
+        file.truncate(5 << 30)
     with pytest.raises(MotorcadeError, match="more than 1 MiB"):
-        read_bytes(Path("/dev/zero"), 1 << 20)
+        read_bytes(huge, 1 << 20)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX's pipes and devices")
+@pytest.mark.parametrize("put", [os.mkfifo, lambda path: path.symlink_to("/dev/zero")])
+def test_a_pipe_or_a_device_in_place_of_a_file_keeps_neither_reader_nor_writer(tmp_path, put):
+    """Nobody is at the pipe's other end."""
+    there = tmp_path / "there"
+    put(there)
+    with pytest.raises(MotorcadeError) as refused:
+        read_text(there, "there")
+    assert "no file but a pipe or a device" in refused.value.sentence("en")
+    assert "管道或设备" in refused.value.sentence("zh")
+    with pytest.raises(OSError, match="Illegal seek"):
+        replace_file(there, b"new")
+    assert not there.is_file()
+    assert list(tmp_path.iterdir()) == [there]
+
+
+@pytest.mark.skipif(not Path("/dev/fd").exists(), reason="this system has no /dev/fd")
+def test_what_a_shell_hands_over_is_read_and_written():
+    reader, writer = os.pipe()
+    replace_file(Path(f"/dev/fd/{writer}"), b"a program")
+    os.close(writer)
+    assert read_bytes(Path(f"/dev/fd/{reader}")) == b"a program"
+    os.close(reader)
 
 
 def test_a_file_of_toml_that_takes_long_to_read_is_refused():

@@ -44,6 +44,16 @@ async def test_a_command_reaches_the_wheels_and_leaving_stops_them():
 
 
 @mock_clock
+async def test_who_only_looks_sends_no_command_and_takes_no_place():
+    async with loop_car() as car:
+        async with client(car) as watcher:
+            await watcher.next_telemetry()
+            (channel,) = car.server.commands
+        await until(lambda: not car.server.commands)
+    assert not any(channel.own.counts.values())
+
+
+@mock_clock
 async def test_driving_for_a_time_ends_by_itself():
     async with loop_car() as car, client(car, fresh_s=1) as driver:
         await driver.drive_for(0.4, -0.5, 1)

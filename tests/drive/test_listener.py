@@ -5,11 +5,15 @@ import contextlib
 import gc
 import socket
 import ssl
+import sys
 import threading
 from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
 from functools import partial
 
+import pytest
+
+from motorcade.drive import listener
 from motorcade.drive.listener import Listener, bind
 from support.driven_car import PATIENT, DrivenCar
 from support.waiting import DEADLINE_S, wait_until
@@ -66,12 +70,12 @@ async def listening(
 ) -> AsyncIterator[list[socket.socket]]:
     """Accept ``count`` clients that came before, while the block runs."""
     with bind("127.0.0.1", 0) as socket_of_listener, contextlib.ExitStack() as held:
-        listener = Listener(socket_of_listener, partial(Standing, made), turned_away, tls)
-        clients = [held.enter_context(socket.create_connection(listener.address)) for _ in range(count)]
-        serving = asyncio.ensure_future(listener.serve())
+        accepting = Listener(socket_of_listener, partial(Standing, made), turned_away, tls)
+        clients = [held.enter_context(socket.create_connection(accepting.address)) for _ in range(count)]
+        serving = asyncio.ensure_future(accepting.serve())
         async with asyncio.timeout(DEADLINE_S):
             yield clients
-        listener.close_to_newcomers()
+        accepting.close_to_newcomers()
         serving.cancel()
         await asyncio.gather(serving, return_exceptions=True)
 
@@ -145,3 +149,55 @@ def test_a_flood_that_wants_handshakes_does_not_fill_the_queue_in_which_newcomer
 
     asyncio.run(accept())
     assert rounds < count / 4
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems have 127.0.0.1 alone")
+def test_a_newcomer_goes_before_many_addresses_whose_handshakes_were_halves(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A stranger may have many addresses. How many handshakes begin before the newcomer's is counted, not timed."""
+    monkeypatch.setattr(listener, "HANDSHAKE_S", 0.01)
+    strangers, begun, over = 40, [], []
+
+    def make(closed: Callable[[], None]) -> Standing:
+        begun.append(closed)
+        return Standing(lambda _: None, closed)
+
+    async def admit() -> int:
+        tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+        with bind("127.0.0.1", 0) as bound, contextlib.ExitStack() as held:
+            listening = Listener(bound, make, lambda: over.append(True), tls)
+
+            def come(host: str, said: bytes) -> socket.socket:
+                client = held.enter_context(socket.create_connection(listening.address, source_address=(host, 0)))
+                client.sendall(said)
+                return client
+
+            serving = asyncio.ensure_future(listening.serve())
+            async with asyncio.timeout(DEADLINE_S):
+                for _ in range(2):
+                    for number in range(1, strangers + 1):
+                        come(f"127.0.1.{number}", b"\x16")
+                    newcomer = come("127.0.0.1", b"nonsense")
+                    begun.clear()
+                    newcomer.setblocking(False)
+                    while not is_answered(newcomer):
+                        await asyncio.sleep(0)
+                    before = len(begun)
+                    while len(over) % (strangers + 1):
+                        await asyncio.sleep(0.001)
+            listening.close_to_newcomers()
+            serving.cancel()
+            await asyncio.gather(serving, return_exceptions=True)
+        return before
+
+    assert asyncio.run(admit()) < strangers / 4
+
+
+def is_answered(client: socket.socket) -> bool:
+    """Whether something came, or the other end hung up."""
+    try:
+        client.recv(1)
+    except BlockingIOError:
+        return False
+    except ConnectionError:
+        return True
+    return True

@@ -143,7 +143,7 @@ class ClassComputer:
 
     def refused(self, problem: MotorcadeError) -> None:
         """The server doesn't start."""
-        self.world.keep("class-whole", problem.code == "cant-read", problem)
+        self.world.keep("class-whole", problem.code == "unreadable-file", problem)
 
     def kill(self, is_power: bool) -> None:
         """Kill the server, or cut the computer's power."""

@@ -199,7 +199,10 @@ class RoomCar:
 
 
 def multicast(places: Sequence[tuple[str, str, int, str]], random: Random) -> dict[str, ModuleType]:
-    """`zeroconf`, as far as cars are found by it: it tells what ``places`` has: names, hosts, ports, kinds."""
+    """`zeroconf`, as far as cars are found by it: it tells what ``places`` has: names, hosts, ports, kinds.
+
+    What has no host was announced without its address, which nobody has.
+    """
     announced = {name: place for name, *place in places}
 
     class CarNetwork:
@@ -227,8 +230,8 @@ def multicast(places: Sequence[tuple[str, str, int, str]], random: Random) -> di
             self.decoded_properties = {"kind": kind, "name": name}
 
         async def async_request(self, network: object, timeout_ms: int) -> bool:
-            await asyncio.sleep(0.01)
-            return True
+            await asyncio.sleep(0.01 if self._host else timeout_ms / 1000)
+            return bool(self._host)
 
         def parsed_addresses(self) -> list[str]:
             return [self._host]

@@ -154,6 +154,19 @@ async def test_classes_that_are_announced_again_crowd_nobody_out(count, is_whole
             await until(lambda: (finder.problem is None) == is_whole)
 
 
+@mock_clock
+async def test_while_announcements_wait_to_be_looked_up_the_list_is_not_whole(monkeypatch):
+    """A stranger announces names without addresses; whose car waits behind them isn't listed yet."""
+    monkeypatch.setattr("motorcade.fleet.cars.ports", list)
+    with multicast_of(multicast([(f"{number}.", "", 7001, CAR) for number in range(200)], Random(1))):
+        async with Cars() as cars, (finder := Finder(cars)).looking():
+            await pass_time(3)
+            assert finder.problem is not None
+            assert finder.problem.code == "list-not-whole"
+            await pass_time(15)
+            assert finder.problem is None
+
+
 @in_loop
 async def test_what_was_announced_and_never_answered_is_named_and_has_no_name_of_its_own():
     """A stranger takes no car's name by an announcement."""

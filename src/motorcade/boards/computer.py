@@ -258,7 +258,7 @@ class BatteryFile:
 
     def read_mv(self) -> int:
         """Return the voltage in mV. Raises OSError."""
-        text = self._path.read_text(encoding="ascii", errors="replace").strip()
+        text = read_bytes(self._path).decode("ascii", "replace").strip()
         if not (text.isascii() and text.isdigit() and len(text) < 10):
             raise OSError(str(Phrase("no-voltage", text=text[:20])))
         return int(text) // self._per_mv

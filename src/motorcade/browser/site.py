@@ -16,7 +16,7 @@ from typing import Any
 import msgspec
 
 from motorcade.browser.shell import CAPABILITIES
-from motorcade.config.files import raised_as, replace_file
+from motorcade.config.files import raised_as, read_bytes, replace_file
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.imports import PACKAGE, needed_files
 from motorcade.locales import FIRST, languages
@@ -176,7 +176,7 @@ def write_site(folder: Path, files: dict[str, bytes]) -> None:
 def _listed(folder: Path) -> set[str]:
     """Return the names in a folder's list of files; none where it has no such list."""
     try:
-        listed = json.loads((folder / LIST).read_bytes())
+        listed = json.loads(read_bytes(folder / LIST))
     except (OSError, ValueError):
         return set()
     if not isinstance(listed, dict) or listed.get("format") != _FORMAT or not isinstance(listed.get("files"), dict):

@@ -25,8 +25,8 @@ from msgspec import Meta, Struct
 from motorcade.classroom.messages import Draft, StoredDraft
 from motorcade.classroom.names import RandomBelow
 from motorcade.classroom.record import ClassRecord, Pupil, from_bytes, is_known, is_owner, new_record
-from motorcade.config.files import SaveError, locked, raised_as, replace_file
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.config.files import SaveError, locked, raised_as, read_bytes, replace_file
+from motorcade.errors import InputError, MotorcadeError, Phrase
 from motorcade.missions.document import OWN
 from motorcade.missions.model import Mission
 from motorcade.server.studio.library import OWNERS, FolderStorage, children, name_of
@@ -39,6 +39,8 @@ from motorcade.service.missions import list_missions
 RECORD, DRAFT, _LOCK = "class.json", "draft.json", ".running"
 # A pupil's program has some 10 kB; 100 versions of 100 projects fit.
 LIMITS = Limits(projects=100, versions=100, size_bytes=128 << 20)
+# Fifty missions of a megabyte each may be handed out.
+_MOST_BYTES = 1 << 28
 _ENDING, _OVERVIEW = ".motorcade.json", "overview.html"
 _REPORT_S = 600.0
 # Behind an owner, in the name of the library of the owner's own missions.
@@ -138,12 +140,12 @@ class ClassFolder(FolderStorage):
         So is one that is missing, or older than the libraries: newcomers would get those of others.
         """
         try:
-            record = from_bytes(self._file.read_bytes(), self._file)
+            record = from_bytes(read_bytes(self._file, _MOST_BYTES), self._file)
         except FileNotFoundError:
             # The same until it is stored: on a full disk the code that is printed is that of the server.
             record = self._new = self._new or new_record(random_below)
         except OSError as problem:
-            raise MotorcadeError("cant-read", reason=problem) from None
+            raise InputError("unreadable-file", file=self._file, reason=problem) from None
         if not all(is_known(record, owner) for owner in self.owners()):
             raise MotorcadeError("class-without-record", file=self._file, folder=self._folder / OWNERS)
         return record
@@ -169,7 +171,7 @@ class ClassFolder(FolderStorage):
     def read_draft(self, owner: str) -> StoredDraft | None:
         """Return an owner's draft; None where there is none. Raises MotorcadeError where it is damaged."""
         try:
-            draft = decode((self._owner_folder(owner) / DRAFT).read_bytes(), Draft)
+            draft = decode(read_bytes(self._owner_folder(owner) / DRAFT), Draft)
         except FileNotFoundError:
             return None
         except OSError as problem:
@@ -306,7 +308,7 @@ def class_report(folder: ClassFolder, works: Sequence[Pupil | WorkFile], mission
             subprocess.run([*command, "--language", language], capture_output=True, timeout=_REPORT_S, check=False)
         if not page.exists():
             raise MotorcadeError("no-report")
-        return page.read_bytes()
+        return read_bytes(page, _MOST_BYTES)
 
 
 def _add(write: Callable[[str, bytes], None], folder: ClassFolder, pupil: Pupil) -> _Work:

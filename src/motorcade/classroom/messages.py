@@ -20,7 +20,6 @@ from motorcade.service.messages import (
     StreamAnswer,
 )
 from motorcade.service.missions import MissionGoal, MissionZone
-from motorcade.service.world_messages import Refused
 
 # Pictures of cars, drawn by the page.
 AVATARS = (
@@ -397,8 +396,3 @@ class DrawnWall(Struct, forbid_unknown_fields=True):
     drawn: bool = True
     number: int = 0
     seen: Annotated[list[int], Meta(max_length=200)] | None = None
-
-
-ClassAnswer = PupilView | Goodbye | Refused
-TeacherAnswer = ClassView | Goodbye | Refused
-WallAnswer = ClassWall | Refused

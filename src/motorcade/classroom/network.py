@@ -14,9 +14,10 @@ import psutil
 import segno
 from cryptography import x509
 
+from motorcade.config.files import read_bytes
 from motorcade.drive.certificates import AUTHORITY_PUBLIC, CarKeys, make_keys
 from motorcade.drive.keys import CAR
-from motorcade.errors import MotorcadeError
+from motorcade.errors import InputError, MotorcadeError
 from motorcade.extras import install_command
 from motorcade.fleet.places import registered
 from motorcade.server.running import url_of
@@ -185,8 +186,8 @@ def class_keys(folder: Path, hosts: Sequence[str], now: datetime) -> tuple[Path,
     digest = hashlib.sha256(" ".join(sorted(hosts)).encode()).hexdigest()[:8]
     kept = folder / f"class-{digest}.pem"
     try:
-        is_good = x509.load_pem_x509_certificate(kept.read_bytes()).not_valid_after_utc >= now + _LEAST
-    except (FileNotFoundError, ValueError):
+        is_good = x509.load_pem_x509_certificate(read_bytes(kept)).not_valid_after_utc >= now + _LEAST
+    except (OSError, ValueError, InputError):
         is_good = False
     if not is_good:
         made = folder / f"{CAR}-{_NAME}.pem"

@@ -99,7 +99,7 @@ def main() -> NoReturn:
         print_problem(error)
         sys.exit(error.exit_code)
     except OSError as error:
-        print_note(str(error))
+        print_note(translated("system-refuses", file=error.filename or "I/O", reason=error))
         sys.exit(USAGE)
     except typer.TyperException as error:
         # Where a group of commands has printed its help there is nothing to add.

@@ -160,8 +160,7 @@ def _program_names() -> dict[str, str]:
     """Return the names of the programs in the current folder, by the CRC-32 of their images (hexadecimal)."""
     names = {}
     found = (file for pattern in _PROGRAMS for file in sorted(Path().glob(pattern)))
-    # Nobody has named them: a folder or a FIFO is none of them.
-    for file in islice(filter(Path.is_file, found), _MOST_PROGRAMS):
+    for file in islice(found, _MOST_PROGRAMS):
         from motorcade.program.files import image_in
 
         with suppress(MotorcadeError, OSError):

@@ -17,7 +17,7 @@ import typer
 
 from motorcade.cli import options
 from motorcade.cli.output import print_lines, print_problem, print_result, quoted, sentence_of, translated, wants_json
-from motorcade.config.files import raised_as
+from motorcade.config.files import raised_as, read_bytes, write_secret
 from motorcade.errors import MotorcadeError
 from motorcade.extras import needs_extra
 from motorcade.sockets import is_loopback
@@ -363,8 +363,8 @@ def own_token(folder: Path) -> str:
     It is made at the first start and stays, so that the page's address stays good.
     """
     file = folder / _TOKEN_FILE
-    with suppress(OSError, UnicodeError):
-        token = file.read_text(encoding="ascii")
+    with suppress(OSError, UnicodeError, MotorcadeError):
+        token = read_bytes(file).decode("ascii")
         if len(token) >= _TOKEN_CHARACTERS:
             return token
     token = secrets.token_urlsafe(_TOKEN_CHARACTERS * 3 // 4)
@@ -372,8 +372,7 @@ def own_token(folder: Path) -> str:
     with suppress(OSError):
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         file.unlink(missing_ok=True)
-        with os.fdopen(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="ascii") as opened:
-            opened.write(token)
+        write_secret(file, token.encode())
     return token
 
 

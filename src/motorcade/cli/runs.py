@@ -24,7 +24,7 @@ from motorcade.cli.output import (
     translated,
     wants_json,
 )
-from motorcade.config.files import raised_as
+from motorcade.config.files import raised_as, read_bytes
 from motorcade.errors import InputError, MotorcadeError, Phrase
 from motorcade.extras import needs_extra
 from motorcade.outcomes import PROGRAM_ERROR, STOPPED
@@ -175,7 +175,7 @@ def _sweep(
         if capsule:
             from motorcade.lab.capsule import write_capsule
 
-            write_capsule(capsule, spec.read_bytes(), plan, output)
+            write_capsule(capsule, read_bytes(spec), plan, output)
     result = {"runs": plan.runs, "tasks": plan.tasks, "tasks_run": ran, "table": str(output)}
     key = "sweep-was-done"
     if ran == plan.tasks:

@@ -387,6 +387,7 @@ def _shop() -> None:
 
 def _ordering(kind: str) -> Callable[..., None]:
     def order_all(
+        context: typer.Context,
         car_list: options.CarListOption = None,
         keys: options.OptionalFile = None,
         seconds: options.SecondsOption = 4.0,
@@ -395,13 +396,15 @@ def _ordering(kind: str) -> Callable[..., None]:
 
         from motorcade.cli.fleet import order
 
+        if context.args:
+            raise MotorcadeError("order-is-for-all", kind=kind, names=" ".join(context.args))
         asyncio.run(order(kind, options.Lookup(car_list, keys, seconds)))
 
     return order_all
 
 
 for _kind in ("stop", "go"):
-    cars_app.command(_kind)(_ordering(_kind))
+    cars_app.command(_kind, context_settings={"allow_extra_args": True})(_ordering(_kind))
 
 
 def _wifi_settings(

@@ -9,10 +9,11 @@ import sys
 import tomllib
 from bisect import bisect_left
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
-from typing import Any, Literal
+from stat import S_ISDIR, S_ISREG
+from typing import Any, BinaryIO, Literal
 
 from motorcade.errors import InputError, MotorcadeError, Phrase
 
@@ -26,6 +27,8 @@ MOST_BYTES = 1 << 24
 # Python's reader of TOML takes a second and more for so many characters.
 _MOST_OF_TOML = 1 << 20
 _LONGEST_KEY = 40
+# What a shell hands over to this program, pipes too. Whatever else is no file is neither read nor written.
+_HANDED_OVER = re.compile(r"/dev/(stdin|stdout|stderr|null|fd/\d+)")
 _UTF_16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 # What a bracket or a line's end of TOML may stand in, and brackets and lines' ends; strings and comments come whole.
 _TOML_TOKENS = re.compile(
@@ -83,12 +86,28 @@ def decoded(data: bytes) -> str:
     return data.decode("utf-16" if data[:2] in _UTF_16_MARKS else "utf-8-sig")
 
 
-def read_bytes(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
-    """Return the bytes of a file that somebody may have made; of an endless one it reads no more.
+def _check_is_file(path: Path) -> None:
+    """Raise OSError where a pipe or a device stands in place of a file: it may keep its reader, or writer, for ever."""
+    mode = path.stat().st_mode
+    if not (S_ISREG(mode) or S_ISDIR(mode) or _HANDED_OVER.fullmatch(path.as_posix())):
+        raise OSError(errno.ESPIPE, os.strerror(errno.ESPIPE), str(path))
 
-    Raises OSError, MotorcadeError where it has more than ``most_bytes``, and ValueError where no file has that name.
+
+def opened(path: Path) -> BinaryIO:
+    """Open a file that somebody may have made, to read it.
+
+    Raises OSError, also where it is a pipe or a device, and ValueError where no file has that name.
     """
-    with path.open("rb") as file:
+    _check_is_file(path)
+    return path.open("rb")
+
+
+def read_bytes(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
+    """Return the bytes of a file that somebody may have made.
+
+    Raises OSError and ValueError as `opened`, and MotorcadeError where it has more than ``most_bytes``.
+    """
+    with opened(path) as file:
         data = file.read(most_bytes + 1)
     if len(data) > most_bytes:
         raise InputError("file-too-large", file=path, mebibytes=most_bytes >> 20)
@@ -255,16 +274,23 @@ def _holds(value: Any, place: tuple[str | int, ...]) -> bool:
     return True
 
 
+def write_secret(path: Path, data: bytes) -> None:
+    """Write ``data`` to a new file that only its owner may read. Raises OSError, also where something is there."""
+    with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
+        file.write(data)
+
+
 def replace_file(path: Path, data: bytes) -> None:
     """Write ``data`` to ``path``; a crash at any moment leaves the old file or the new one, once this is done the new.
 
     Raises OSError where it can't be written; the old file is kept then. Only where the disk fails at the very end,
     while it stores the file's name, the new file may be there.
     """
-    if path.exists() and not path.is_file():
-        # A device such as /dev/stdout is written to, not replaced.
+    if _HANDED_OVER.fullmatch(path.as_posix()):
         path.write_bytes(data)
         return
+    with suppress(FileNotFoundError):
+        _check_is_file(path)
     temporary = path.with_name(f".{path.name}.{token_hex(4)}")
     try:
         with temporary.open("xb") as file:

@@ -218,9 +218,6 @@ def load_profile(name: str, folder: Path = Path()) -> Profile:
         return built_in_profile(name)
     path = folder / name
     file = Phrase("profile-file", name=name[:40])
-    if path.is_fifo():
-        # A project of a stranger may name it, and a FIFO would keep its reader for ever.
-        raise InputError("unreadable-file", file=file, reason=Phrase("no-regular-file"))
     return parse_profile(read_text(path, file), name)
 
 

@@ -6,7 +6,6 @@ issued, so that keys whose file is lost can be revoked.
 """
 
 import ipaddress
-import os
 import re
 from collections.abc import Iterable, Sequence
 from datetime import datetime, timedelta
@@ -18,7 +17,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-from motorcade.config.files import replace_file
+from motorcade.config.files import read_bytes, replace_file, write_secret
 from motorcade.drive.keys import (
     CAR,
     DRIVER,
@@ -49,7 +48,6 @@ _USES = (
 )
 # So that a car can be tried on its own computer.
 _OWN = ("localhost", "127.0.0.1", "::1")
-_MOST_BYTES = 1 << 20
 _PEM = serialization.Encoding.PEM
 
 
@@ -173,8 +171,7 @@ def _issued(folder: Path) -> list[x509.Certificate]:
     """The certificates of all keys that were made. Raises MotorcadeError: a list that was cut would revoke too few."""
     file = folder / ISSUED
     try:
-        with file.open("rb") as opened:
-            text = without_end(opened.read(_MOST_BYTES).decode())
+        text = without_end(read_bytes(file).decode())
         return x509.load_pem_x509_certificates(text.encode()) if text else []
     except FileNotFoundError:
         return []
@@ -214,13 +211,13 @@ def _found_authority(folder: Path, now: datetime) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     authority = _certified(f"Motorcade authority {folder.resolve().name}"[:64], now, _AUTHORITY_DAYS)
     _write_secret(folder / AUTHORITY, "Motorcade authority: whoever has this file can make keys", authority)
-    (folder / AUTHORITY_PUBLIC).write_bytes(authority.certificate.public_bytes(_PEM))
+    replace_file(folder / AUTHORITY_PUBLIC, authority.certificate.public_bytes(_PEM))
 
 
 def _read_authority(file: Path) -> _Authority:
     """Return the key and the certificate in an authority's file. Raises MotorcadeError, or OSError."""
     try:
-        data = file.read_bytes()
+        data = read_bytes(file)
         key = serialization.load_pem_private_key(data, password=None)
         certificate = x509.load_pem_x509_certificate(data)
     except FileNotFoundError:
@@ -271,5 +268,4 @@ def _write_secret(file: Path, first_line: str, own: _Authority, authority: _Auth
     """Key, certificate and the authority's certificate, in a new file that only its owner may read."""
     key = own.key.private_bytes(_PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption())
     certificates = (pair.certificate.public_bytes(_PEM) for pair in (own, authority) if pair)
-    with os.fdopen(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as opened:
-        opened.write(b"".join([f"{first_line}\n".encode(), key, *certificates]))
+    write_secret(file, b"".join([f"{first_line}\n".encode(), key, *certificates]))

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from motorcade.config.files import replace_file
+from motorcade.config.files import read_bytes, replace_file
 from motorcade.errors import MotorcadeError, Phrase
 
 CAR, DRIVER = "car", "driver"
@@ -27,7 +27,6 @@ _END = "# The end: {count} lines, checksum {checksum:08x}\n"
 _NUMBER = re.compile(r"[0-9a-fA-F]{1,40}")
 # What stands in each part of a keys file: key, certificate, authority's certificate.
 _PART = re.compile(r"-----BEGIN [A-Z ]+-----\s([A-Za-z0-9+/=\s]+)-----END")
-_MOST_BYTES = 1 << 20
 
 
 class DriverContext(ssl.SSLContext):
@@ -160,8 +159,7 @@ def _trust(context: ssl.SSLContext, keys: Path) -> ssl.SSLContext:
 
 def _text(file: Path, unreadable: str = "keys-unreadable", no_text: str = "not-a-keys-file") -> str:
     try:
-        with file.open("rb") as opened:
-            return opened.read(_MOST_BYTES).decode()
+        return read_bytes(file).decode()
     except OSError as problem:
         raise MotorcadeError(unreadable, file=file, reason=problem) from None
     except UnicodeDecodeError:

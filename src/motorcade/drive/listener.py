@@ -3,6 +3,7 @@
 A TLS handshake costs a thousand times what it costs a stranger to ask for one. So connections by TLS wait until it is
 their turn, without costing anything: first until their client says something, since ours listens for a while before it
 does. Then one network has its turn after the other, and in each the newest connection, whose client still waits.
+Networks with fewer half handshakes come first, so those from many addresses soon wait behind everybody else.
 Handshakes begin one by one, and take half of the time of the event loop.
 """
 
@@ -26,6 +27,8 @@ _OUT_OF_SOCKETS_S = 0.1
 _MOST_AT_ONCE = 32
 # So many connections wait for their handshakes.
 _MOST_WAITING = 256
+# Of so many networks half handshakes are counted.
+_MOST_COUNTED = 4096
 # The least time between two handshakes, and how often the event loop goes round until one has been answered.
 _LEAST_GAP_S = 0.001
 _ROUNDS = 5
@@ -153,6 +156,8 @@ class Listener:
         self._mute: dict[socket.socket, tuple[str, asyncio.TimerHandle]] = {}
         self._waiting: dict[str, deque[tuple[socket.socket, str]]] = {}
         self._has_waiting = asyncio.Event()
+        # Handshakes that a network's clients began and didn't go on with, since one of them was whole.
+        self._halves = Counter[str]()
         listener.setblocking(False)
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _KERNEL_BYTES)
         listener.listen(places.waiting or places.most)
@@ -269,8 +274,9 @@ class Listener:
         queue.append((line, address))
         count = sum(map(len, self._waiting.values()))
         if count > _MOST_WAITING:
-            # Of networks that have as many, the last: the others have waited longer for their turn.
-            queue = max(reversed(self._waiting.values()), key=len)
+            # Of networks that have as many, and as many halves, the last: the others have waited longer.
+            most = max(reversed(self._waiting), key=lambda other: (len(self._waiting[other]), self._halves[other]))
+            queue = self._waiting[most]
         if count > _MOST_WAITING or len(queue) > most_of_one:
             queue.popleft()[0].close()
             self._turned_away()
@@ -282,8 +288,8 @@ class Listener:
         while True:
             await self._has_waiting.wait()
             begin_s = clock()
-            network, queue = next(iter(self._waiting.items()), ("", deque()))
-            self._waiting.pop(network, None)
+            network = min(self._waiting, key=self._halves.__getitem__, default="")
+            queue = self._waiting.pop(network, deque())
             if not queue:
                 if not self._waiting:
                     self._has_waiting.clear()
@@ -303,6 +309,9 @@ class Listener:
         with suppress(OSError):
             _set_options(line)
         slot = _Slot(address, self._make_protocol, self._free)
+        if len(self._halves) >= _MOST_COUNTED:
+            self._halves.clear()
+        self._halves[slot.network] += 1
         self._slots.append(slot)
         slot.opening = asyncio.ensure_future(self._open(line, slot.protocol))
         slot.opening.add_done_callback(lambda opening: self._opened(opening, line, slot))
@@ -334,12 +343,10 @@ class Listener:
             idle = [slot for slot in idle if slot.opening] or idle
         # One of whoever has most of them, so that a flood replaces its own.
         counts = Counter(slot.network for slot in idle)
-        most = max(counts.values(), default=0)
-        oldest = next((slot for slot in idle if counts[slot.network] == most), None)
+        oldest = max(idle, key=lambda slot: (counts[slot.network], self._halves[slot.network]), default=None)
         if oldest is None and is_burst:
             if len(self._slots) < places.most:
                 return True
-            oldest = None
             if places.shares:
                 oldest = self._oldest_of_many()
         if oldest is None:
@@ -378,8 +385,13 @@ class Listener:
             # Wrong certificates, no TLS at all, or the client has left.
             if not isinstance(problem, OSError):
                 raise problem
+            if not isinstance(problem, ConnectionAbortedError):
+                # Who has left only waited in vain.
+                self._halves -= Counter([slot.network])
             self._turned_away()
             self._free(slot)
+        else:
+            del self._halves[slot.network]
 
 
 def _set_options(line: socket.socket) -> None:

@@ -79,21 +79,11 @@ def settings_header(pins: PinMap, profile: Profile, voice: VoiceMap | None = Non
     # A backslash at a line's end would join the next line to the comment.
     name = pins.name.replace("\\", "/")
     about = f"// Made from the pin file of '{name}' by motorcade arduino-library: don't edit."
-    return _header([about], _guard(pins), pins, profile, voice)
+    return header_of([about], _guard(pins), pins, profile, voice)
 
 
-def blank_header(profile: Profile) -> str:
-    """Return the car.h of a board that nobody knows yet: it names no pin."""
-    about = [
-        "// The pins of your car: write your board's numbers instead of NO_PIN, for the parts that it has. A motor has",
-        "// forward, backward, enable, or enable and direction; floor has left, right. MotorcadeSettings.h explains",
-        "// the rest. Leave alone the pins that the board itself needs, for its flash memory or its USB line: its",
-        "// manual names them.",
-    ]
-    return _header(about, [], PinMap("", CHIPS[0], ()), profile, None)
-
-
-def _header(about: list[str], guard: list[str], pins: PinMap, profile: Profile, voice: VoiceMap | None) -> str:
+def header_of(about: list[str], guard: list[str], pins: PinMap, profile: Profile, voice: VoiceMap | None) -> str:
+    """Return a car.h: the lines ``about`` it, those that ``guard`` it, and what the sketch needs to know of the car."""
     fields = {
         "levels": "LEVELS",
         "baud": profile.serial.baud,

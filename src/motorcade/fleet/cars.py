@@ -68,6 +68,7 @@ class Cars:
 
     Attributes:
         most_at_once: how many announced addresses are asked at once; few, since others may use this process too.
+        incomplete: names that were announced without an address, which `Finder` has to look up.
         contacts: by port or address: the places that somebody named, serial ports, and each way in which an address
             that was announced is asked.
     """
@@ -88,6 +89,7 @@ class Cars:
         self._turns = Turns()
         self._has_turn = asyncio.Event()
         self._was_left_out = False
+        self.incomplete = asyncio.Queue[str](_MOST_WAITING)
 
     async def __aenter__(self) -> Self:
         for place in self._places:
@@ -108,7 +110,7 @@ class Cars:
     @property
     def problem(self) -> MotorcadeError | None:
         """Why the list isn't whole; None where it is."""
-        if self._was_left_out or self._has_untried():
+        if self._was_left_out or self._has_untried() or self.incomplete.qsize():
             return MotorcadeError("list-not-whole", count=len(self._found), most=MOST_FOUND)
         return None
 
@@ -364,7 +366,6 @@ class Finder:
         self._problem: MotorcadeError | None = None
         self._cars = cars
         self._announced: asyncio.Queue[str] = asyncio.Queue(_MOST_WAITING)
-        self._incomplete: asyncio.Queue[str] = asyncio.Queue(_MOST_WAITING)
 
     @property
     def problem(self) -> MotorcadeError | None:
@@ -432,13 +433,13 @@ class Finder:
         while True:
             name = await self._announced.get()
             if not await self._take_record(network, name, 0):
-                self._put(self._incomplete, name)
+                self._put(self._cars.incomplete, name)
             # Else a flood of records would leave others who use the event loop no turn.
             await asyncio.sleep(0)
 
     async def _look_up(self, network: "AsyncZeroconf") -> None:
         while True:
-            await self._take_record(network, await self._incomplete.get(), _LOOK_UP_MS)
+            await self._take_record(network, await self._cars.incomplete.get(), _LOOK_UP_MS)
 
     async def _take_record(self, network: "AsyncZeroconf", name: str, within_ms: int) -> bool:
         """Take the address that belongs to a name, if it is known ``within_ms``."""

@@ -24,6 +24,7 @@ from mcap.writer import Writer
 from numpy.typing import NDArray
 from zstandard import ZstdError
 
+from motorcade.config.files import opened
 from motorcade.devices.declaration import Column
 from motorcade.engine.events import EVENT, KINDS, LOSS_REASONS
 from motorcade.engine.moment import COLUMNS, Moment
@@ -299,7 +300,7 @@ class McapRecording:
         if not path.exists() and part_of(path).exists():
             self._path = part_of(path)
         try:
-            with self._path.open("rb") as file:
+            with opened(self._path) as file:
                 for record in _records(file):
                     if isinstance(record, Metadata) and record.name == _METADATA:
                         self.about = Description.from_texts(record.metadata)
@@ -317,7 +318,7 @@ class McapRecording:
     @property
     def last_ms(self) -> int:
         try:
-            with self._path.open("rb") as file:
+            with opened(self._path) as file:
                 summary = SeekingReader(file, record_size_limit=_size(file)).get_summary()
                 if summary and summary.statistics:
                     return summary.statistics.message_end_time // 1_000_000
@@ -359,7 +360,7 @@ class McapRecording:
         """Yield what ``read`` makes of the messages of these topics, up to the first that it can't read."""
         chosen: dict[int, str] = {}
         last_ms = 0
-        with self._path.open("rb") as file:
+        with opened(self._path) as file:
             try:
                 for record in _records(file):
                     if isinstance(record, Channel) and record.topic in topics:

@@ -1,6 +1,7 @@
 """A remote's page and its car: driving, telemetry, the emergency stop, pictures, and who is served."""
 
 import asyncio
+import gc
 import io
 import json
 from contextlib import ExitStack, contextmanager
@@ -120,6 +121,17 @@ def test_the_car_stands_still_when_its_page_leaves(visit):
         page.drive(1.0)
     assert rig.wheels.setpoint == NEUTRAL
     assert rig.drive.telemetry().watchers == 0
+
+
+def test_what_a_page_has_asked_for_is_forgotten_when_it_is_done(visit):
+    """A page may stay for days."""
+    with visit().page() as page:
+        page.send("join", car="1")
+        for _ in range(100):
+            page.send("release", car="1")
+        page.drive(0.0)
+        done = [found for found in gc.get_objects() if isinstance(found, asyncio.Task) and found.done()]
+    assert len(done) < 50
 
 
 def test_a_page_must_join_a_car_to_drive_it(visit):

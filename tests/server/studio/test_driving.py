@@ -114,6 +114,19 @@ def test_a_car_stands_still_after_its_driver_left_until_it_is_resumed(client):
         studio.until("state", lambda state: not state["driven"])
 
 
+def test_a_car_stops_by_itself_also_where_another_page_has_left_it(client):
+    """Its driver's page stays, and says nothing any more."""
+    with page(client) as studio, remote(client) as driver, remote(client) as onlooker:
+        studio.send("play")
+        for car in ("1", "0"):
+            onlooker.send("join", car=car)
+        driver.send("join", car="1")
+        onlooker.send("leave", car="1")
+        onlooker.until("telemetry", lambda told: set(told["cars"]) == {"0"})
+        driver.push("1")
+        driver.car("1", lambda car: car["state"] == "failsafe")
+
+
 def test_the_studios_page_resumes_a_car_without_pages(client):
     with page(client) as studio, remote(client) as later:
         driven_and_left(client, studio)

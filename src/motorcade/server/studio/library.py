@@ -62,7 +62,7 @@ class FolderStorage(Storage):
         folder = self._owner_folder(owner) / folder_of(name)
         with raised_as("cant-save", OSError, SaveError):
             newest = next((version.version for version in _versions(folder)), 0)
-            if newest and _file(folder, newest).read_bytes() == data:
+            if newest and read_bytes(_file(folder, newest)) == data:
                 return newest
             check_base(name, base, newest)
             self._check_room(owner, newest == 0, len(data))
@@ -101,7 +101,7 @@ class FolderStorage(Storage):
         if chosen not in {version_there.version for version_there in versions}:
             raise MotorcadeError("no-version", name=name, version=chosen)
         with raised_as("cant-read", OSError):
-            return _file(folder, chosen).read_bytes()
+            return read_bytes(_file(folder, chosen))
 
     def history(self, owner: str, name: str) -> list[Version]:
         return self._existing(owner, name)[1]
