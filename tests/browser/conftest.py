@@ -84,7 +84,7 @@ def shells_of(test: str) -> list[str]:
     """The shells of the studio against which a test runs, by the function's name.
 
     `make soak` runs all tests of the page against a server and a site, except those that need what a site hasn't.
-    `make test` runs them against the server, and ten of them in `test_site.py`, which knows the site alone, as
+    `make test` runs them against the server, and three of them in `test_site.py`, which knows the site alone, as
     `test_offline.py` and `test_same_bits.py` do.
     """
     # Not above: conftest.py imports this file before pytest chooses the profile.
