@@ -188,6 +188,16 @@ def test_another_project_is_framed_however_far_the_stage_was_zoomed(show) -> Non
     expect(studio.mat_button("frame")).to_have_count(0)
 
 
+def test_escape_closes_a_hint_and_the_dialog_around_it_at_once(show) -> None:
+    studio = show(EXAMPLE)
+    studio.open_dialog("library")
+    studio.page.get_by_role("dialog").get_by_role("button", name=studio.say("app.close")).hover()
+    hint = studio.page.get_by_role("tooltip")
+    expect(hint).to_be_visible()
+    studio.page.keyboard.press("Escape")
+    expect(hint.or_(studio.page.get_by_role("dialog"))).to_have_count(0)
+
+
 def test_a_mat_is_saved_as_a_file_and_opened_in_another_project(open_page, tmp_path) -> None:
     studio = open_page(project=FOLLOWED)
     studio.look_up("swarm")
