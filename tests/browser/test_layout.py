@@ -5,9 +5,8 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import expect
 
-from support.layout import SIZES, Windows, wait_for_picture
-from support.soak import SOAK
-from support.studio_page import PHONE, StudioPage
+from support.layout import FEW, SIZES, Windows, wait_for_picture
+from support.studio_page import StudioPage
 from support.studio_programs import FOLLOWED, FURNISHED
 
 LEVELS = {"words": ("words", "timeline"), "python": ("python",)}
@@ -70,15 +69,10 @@ def states(studio: StudioPage) -> Iterator[str]:
         expect(page.get_by_role("dialog")).to_have_count(0)
 
 
-# For `make test`: the smallest sizes upright and across; and the smallest and the largest.
-FEW = {"en": (PHONE, (1440, 900)), "zh": (PHONE, (1024, 768))}
-
-
 @pytest.mark.parametrize(("language", "theme"), [pytest.param("en", "light", marks=pytest.mark.soak), ("zh", "dark")])
 def test_every_state_fits_every_window(open_page, language, theme) -> None:
-    sizes = SIZES if SOAK else FEW[language]
-    studio = open_page(size=sizes[-1], plain=True, tour=True, level="start", language=language, theme=theme)
-    windows = Windows(studio.page, sizes)
+    studio = open_page(size=FEW[-1], plain=True, tour=True, level="start", language=language, theme=theme)
+    windows = Windows(studio.page)
     assert [fault for state in states(studio) for fault in windows.faults(state)] == []
 
 
@@ -87,7 +81,7 @@ def test_a_notice_covers_no_control_and_goes_with_its_cause(open_page) -> None:
     studio.page.get_by_role("radio", name=studio.say("editors.followers"), exact=True).click()
     studio.page.get_by_role("button", name=studio.say("editors.leaderOnly"), exact=True).click()
     expect(studio.notices).to_contain_text(studio.say("editors.dropped"))
-    assert Windows(studio.page, FEW["en"]).faults("notice") == []
+    assert Windows(studio.page).faults("notice") == []
     studio.undo()
     expect(studio.notices).not_to_contain_text(studio.say("editors.dropped"))
 
@@ -111,7 +105,7 @@ def test_a_long_number_shows_whole(open_page) -> None:
     coordinate.fill("99999999999")
     coordinate.press("Tab")
     expect(coordinate).to_have_value("100,000")
-    assert Windows(studio.page, FEW["en"]).faults("a long number") == []
+    assert Windows(studio.page).faults("a long number") == []
 
 
 def test_the_bits_beside_blocks_are_apart_and_cover_none(open_page) -> None:
