@@ -7,6 +7,7 @@ from functools import cache
 from pathlib import Path
 
 from support.code_size import size_of
+from support.source_trees import tree_of
 
 ROOT = Path(__file__).parent.parent
 SOURCE = ROOT / "src" / "motorcade"
@@ -95,7 +96,7 @@ NAMES = {name_of(file): file for file in FILES}
 
 @cache
 def nodes_of(name):
-    return list(ast.walk(ast.parse(NAMES[name].read_text(encoding="utf-8"))))
+    return list(ast.walk(tree_of(NAMES[name])))
 
 
 @cache

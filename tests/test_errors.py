@@ -2,11 +2,11 @@
 
 import ast
 from collections import defaultdict
-from functools import cache
 from pathlib import Path
 
 import motorcade
 from motorcade.errors import MotorcadeError
+from support.source_trees import tree_of
 
 SOURCE = Path(motorcade.__file__).parent
 # What has a code and is no error: faults of documents, diagnostics of programs, the program of a worker. And an error
@@ -14,10 +14,9 @@ SOURCE = Path(motorcade.__file__).parent
 COMPARED = {"fault.code", "self.code", "diagnostic.code", "task.code", "error.code"}
 
 
-@cache
 def trees():
     """The parsed files by their names. Not at import: every process that runs tests imports this file."""
-    return {path.relative_to(SOURCE).as_posix(): ast.parse(path.read_text("utf-8")) for path in SOURCE.rglob("*.py")}
+    return {path.relative_to(SOURCE).as_posix(): tree_of(path) for path in SOURCE.rglob("*.py")}
 
 
 def classes():

@@ -17,6 +17,7 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.outcomes import EXIT_CODES, HTTP_STATUSES, exit_code_of, http_status_of
 from motorcade.words.formats import FORMATS
 from support.command_line import PARADE, run
+from support.source_trees import tree_of
 
 SOURCE = Path(locales.FOLDER).parent
 # Those of scripts/exports write documentation and other tools' files in sentences of the catalogue.
@@ -27,10 +28,9 @@ DIAGNOSTICS = {"error", "warning"}
 HOME_OF_DIAGNOSTICS = "motorcade.program.diagnostics"
 
 
-@cache
 def trees():
     """The parsed files. Not at import: every process that runs tests imports this file, and one runs its tests."""
-    return {file: ast.parse(file.read_text(encoding="utf-8")) for file in FILES if file.name != "outcomes.py"}
+    return {file: tree_of(file) for file in FILES if file.name != "outcomes.py"}
 
 
 @cache

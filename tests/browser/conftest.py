@@ -84,7 +84,7 @@ def shells_of(test: str) -> list[str]:
     """The shells of the studio against which a test runs, by the function's name.
 
     `make soak` runs all tests of the page against a server and a site, except those that need what a site hasn't.
-    `make test` runs them against the server, and ten of them in `test_site.py`, which knows the site alone, as
+    `make test` runs them against the server, and three of them in `test_site.py`, which knows the site alone, as
     `test_offline.py` and `test_same_bits.py` do.
     """
     # Not above: conftest.py imports this file before pytest chooses the profile.
@@ -170,7 +170,7 @@ def open_own_page(profiles: Profiles, own_studio: Studio) -> Iterator[OpenPage]:
 
 @pytest.fixture(scope="module")
 def shown_pages(profiles: Profiles, studio: Studio) -> Iterator[dict[str, StudioPage]]:
-    """The pages of ``show``, by language."""
+    """The pages of ``show``, by how they were opened."""
     pages: dict[str, StudioPage] = {}
     yield pages
     for page in pages.values():
@@ -181,10 +181,11 @@ def shown_pages(profiles: Profiles, studio: Studio) -> Iterator[dict[str, Studio
 def show(profiles: Profiles, studio: Studio, shown_pages: dict[str, StudioPage]) -> Iterator[OpenPage]:
     """Shows a project in a page that a module's tests use one after another, for tests that leave no traces."""
 
-    def show_in(project: dict[str, Any], language: str = "en") -> StudioPage:
-        page = shown_pages.get(language)
+    def show_in(project: dict[str, Any], language: str = "en", level: str = "words") -> StudioPage:
+        page = shown_pages.get(language + level)
         if page is None:
-            page = shown_pages[language] = StudioPage.open(profiles, studio.url, project=project, language=language)
+            page = StudioPage.open(profiles, studio.url, project=project, language=language, level=level)
+            shown_pages[language + level] = page
         else:
             page.take(project)
         return page

@@ -17,7 +17,6 @@ NO_INFRARED = {"en": "A leader can't be set to accept infrared.", "zh": "无法�
 COLOUR = "element => getComputedStyle(element).backgroundColor"
 TOO_MANY = {"en": "The serial modules in use are more than 255", "zh": "所用的串行模块数目已经大于255"}
 
-# The journeys of `test_site.py` go through these in English.
 IN_BOTH = pytest.mark.parametrize("language", ["zh", pytest.param("en", marks=pytest.mark.soak)])
 
 

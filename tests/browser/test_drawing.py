@@ -52,8 +52,8 @@ def profiles(browser):
     return Profiles(browser, few_pictures=False)
 
 
-def test_a_thousand_followers_fit_on_the_mat(open_page) -> None:
-    studio = open_page(project=FOLLOWED)
+def test_a_thousand_followers_fit_on_the_mat(show) -> None:
+    studio = show(FOLLOWED)
     studio.look_up("swarm")
     followers = studio.page.get_by_role("textbox", name="Followers")
     followers.fill("1000")
@@ -76,8 +76,8 @@ def share_of(stage: np.ndarray, colour: tuple[int, int, int]) -> float:
     return float((abs(stage - np.array(colour)) < 12).all(axis=2).mean())
 
 
-def test_everything_that_lies_and_stands_on_a_mat_is_seen(open_page) -> None:
-    studio = open_page(project=FULL)
+def test_everything_that_lies_and_stands_on_a_mat_is_seen(show) -> None:
+    studio = show(FULL)
     # The smallest covers half a thousandth of the stage.
     wait_until(lambda: all(share_of(stage_of(studio), colour) > 0.0002 for colour in (ROAD, DARK_LINE, BOX, TIN)))
 

@@ -6,13 +6,9 @@ from playwright.sync_api import expect
 from support.layout import serious_barriers
 from support.soak import SOAK
 from support.studio_page import PHONE, StudioPage
-from support.studio_programs import EXAMPLE, FOLLOWED, FURNISHED
+from support.studio_programs import EXAMPLE, FOLLOWED
 
 DIALOGS = ("upload", "library", "examples", "share", "help")
-
-LOOKS = pytest.mark.parametrize(
-    ("language", "theme"), [("en", "light"), ("zh", "dark"), ("zh", "contrast")] if SOAK else [("zh", "contrast")]
-)
 
 
 def assert_no_barriers(studio: StudioPage) -> None:
@@ -22,29 +18,6 @@ def assert_no_barriers(studio: StudioPage) -> None:
 def assert_fits_screen(studio: StudioPage) -> None:
     """The page is not wider than the screen."""
     assert studio.page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
-
-
-@LOOKS
-def test_page_and_dialogs_have_no_barriers(open_page, language, theme) -> None:
-    studio = open_page(language=language, theme=theme, project=FURNISHED)
-    assert_no_barriers(studio)
-    for panel in ("swarm", "things", "timeline"):
-        studio.look_up(panel)
-        if panel == "things":
-            studio.page.get_by_role("option", name=studio.say("mat.things.person")).click()
-        assert_no_barriers(studio)
-    for name in DIALOGS:
-        studio.open_dialog(name)
-        assert_no_barriers(studio)
-        studio.page.keyboard.press("Escape")
-        expect(studio.page.get_by_role("dialog")).to_have_count(0)
-    # Escape closes a hint and the dialog around it at once.
-    studio.open_dialog("library")
-    studio.page.get_by_role("dialog").get_by_role("button", name=studio.say("app.close")).hover()
-    hint = studio.page.get_by_role("tooltip")
-    expect(hint).to_be_visible()
-    studio.page.keyboard.press("Escape")
-    expect(hint.or_(studio.page.get_by_role("dialog"))).to_have_count(0)
 
 
 def test_a_first_visit_leads_to_a_swarm_by_the_visitors_own_hand(open_page) -> None:

@@ -5,9 +5,8 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import expect
 
-from support.layout import SIZES, Windows, wait_for_picture
-from support.soak import SOAK
-from support.studio_page import PHONE, StudioPage
+from support.layout import FEW, SIZES, Windows, wait_for_picture
+from support.studio_page import StudioPage
 from support.studio_programs import FOLLOWED, FURNISHED
 
 LEVELS = {"words": ("words", "timeline"), "python": ("python",)}
@@ -70,24 +69,27 @@ def states(studio: StudioPage) -> Iterator[str]:
         expect(page.get_by_role("dialog")).to_have_count(0)
 
 
-# For `make test`: the smallest sizes upright and across; and the smallest and the largest.
-FEW = {"en": (PHONE, (1440, 900)), "zh": (PHONE, (1024, 768))}
-
-
 @pytest.mark.parametrize(("language", "theme"), [pytest.param("en", "light", marks=pytest.mark.soak), ("zh", "dark")])
 def test_every_state_fits_every_window(open_page, language, theme) -> None:
-    sizes = SIZES if SOAK else FEW[language]
-    studio = open_page(size=sizes[-1], plain=True, tour=True, level="start", language=language, theme=theme)
-    windows = Windows(studio.page, sizes)
+    studio = open_page(size=FEW[-1], plain=True, tour=True, level="start", language=language, theme=theme)
+    windows = Windows(studio.page)
     assert [fault for state in states(studio) for fault in windows.faults(state)] == []
 
 
-def test_a_notice_covers_no_control_and_goes_with_its_cause(open_page) -> None:
-    studio = open_page(size=SIZES[-1], plain=True, project=FOLLOWED)
+def test_a_long_number_shows_whole_and_a_notice_covers_no_control_and_goes_with_its_cause(open_page) -> None:
+    studio = open_page(size=SIZES[-1], plain=True, project=FURNISHED)
+    studio.look_up("things")
+    studio.page.get_by_role("option", name=studio.say("mat.things.person")).click()
+    coordinate = studio.page.get_by_role("tabpanel").get_by_role("textbox").nth(2)
+    coordinate.fill("99999999999")
+    coordinate.press("Tab")
+    expect(coordinate).to_have_value("100,000")
+    assert Windows(studio.page).faults("a long number") == []
+    close_drawer(studio)
     studio.page.get_by_role("radio", name=studio.say("editors.followers"), exact=True).click()
     studio.page.get_by_role("button", name=studio.say("editors.leaderOnly"), exact=True).click()
     expect(studio.notices).to_contain_text(studio.say("editors.dropped"))
-    assert Windows(studio.page, FEW["en"]).faults("notice") == []
+    assert Windows(studio.page).faults("notice") == []
     studio.undo()
     expect(studio.notices).not_to_contain_text(studio.say("editors.dropped"))
 
@@ -103,18 +105,7 @@ def test_the_program_is_back_in_its_place_after_a_block_was_dropped(open_page) -
     assert studio.box(hat)["x"] == pytest.approx(before, abs=10)
 
 
-def test_a_long_number_shows_whole(open_page) -> None:
-    studio = open_page(size=SIZES[-1], plain=True, project=FURNISHED)
-    studio.look_up("things")
-    studio.page.get_by_role("option", name=studio.say("mat.things.person")).click()
-    coordinate = studio.page.get_by_role("tabpanel").get_by_role("textbox").nth(2)
-    coordinate.fill("99999999999")
-    coordinate.press("Tab")
-    expect(coordinate).to_have_value("100,000")
-    assert Windows(studio.page, FEW["en"]).faults("a long number") == []
-
-
-def test_the_bits_beside_blocks_are_apart_and_cover_none(open_page) -> None:
+def test_the_bits_beside_blocks_are_apart_cover_none_and_are_drawn_where_they_are_seen(open_page) -> None:
     studio = open_page(plain=True, project=FOLLOWED, language="zh", theme="dark")
     for width, height in SIZES:
         studio.page.set_viewport_size({"width": width, "height": height})
@@ -123,11 +114,10 @@ def test_the_bits_beside_blocks_are_apart_and_cover_none(open_page) -> None:
         bits = studio.page.evaluate(_BITS)
         assert bits["faults"] == [], f"{width}×{height}"
         assert bits["words"] == 2, f"{width}×{height}"
-
-
-def test_a_long_program_and_its_bits_are_drawn_where_they_are_seen(open_page) -> None:
+    # Of a long program those are drawn that are seen.
     steps = [{"drive": {"direction": "left", "speed": 1 + k % 3, "seconds": 3}} for k in range(100)]
-    studio = open_page(size=SIZES[2], plain=True, project={**FOLLOWED, "leader": steps})
+    studio.take({**FOLLOWED, "leader": steps})
+    studio.page.set_viewport_size({"width": SIZES[2][0], "height": SIZES[2][1]})
     for scrolled in (0, 2000, 9000):
         studio.editor("leader").hover()
         studio.page.mouse.wheel(0, scrolled)

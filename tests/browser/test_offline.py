@@ -8,7 +8,7 @@ from playwright.sync_api import Page, expect
 
 from motorcade.browser.site import PAGE, python_zip, site_files, write_site
 from motorcade.locales import catalogue
-from support.browser_profiles import FEW_PICTURES, storing
+from support.browser_profiles import FEW_PICTURES, WITHOUT_PYTHON, storing
 from support.site_server import SiteServer, serving
 
 PAGE_TEXTS = catalogue("en")["page"]
@@ -107,12 +107,15 @@ def test_builds_follow_each_other_whole_and_the_last_needs_no_network(context, s
     expect(page.get_by_role("log").filter(has_text=TEXTS["update"])).to_be_visible()
     assert f"<title>{TITLE}<" in page.evaluate(OPENED_NOW)
     page.get_by_label(NAME).fill("Mine")
+    page.add_init_script(WITHOUT_PYTHON)
     page.get_by_role("button", name=TEXTS["useUpdate"]).click()
     is_whole(page, NEXT_TITLE)
     expect(page.get_by_label(NAME)).to_have_value("Mine")
 
     server.stop()
-    page.reload()
+    page.close()
+    page = context.new_page()
+    page.goto(server.url)
     is_whole(page, NEXT_TITLE)
     # Python in the worker has compiled the blocks.
     expect(page.locator("main[data-compiled]")).to_be_attached(timeout=PYTHON_MS)

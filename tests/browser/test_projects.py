@@ -117,10 +117,13 @@ def test_a_project_is_saved_to_a_file_and_a_link_and_opened(open_page, tmp_path)
     again.open_dialog("share")
     link = again.page.get_by_role("textbox", name="Link")
     expect(link).not_to_have_value("")
-    linked = open_page()
-    linked.page.goto(link.input_value())
-    linked.expect_words(FOLLOWED_WORDS)
-    assert "#" not in linked.page.url
+    address = link.input_value()
+    again.page.keyboard.press("Escape")
+    again.take(EXAMPLE)
+    again.page.goto(address)
+    again.page.get_by_role("alertdialog").get_by_role("button", name=again.say("project.replaceYes")).click()
+    again.expect_words(FOLLOWED_WORDS)
+    assert "#" not in again.page.url
 
 
 def test_blocks_and_words_are_exported(show) -> None:
@@ -183,6 +186,16 @@ def test_another_project_is_framed_however_far_the_stage_was_zoomed(show) -> Non
     mat = {"format": "motorcade-mat/1", "name": "Far", "car": [{"at_m": [40, 40], "role": "leader"}]}
     studio.take({**EXAMPLE, "mat": mat})
     expect(studio.mat_button("frame")).to_have_count(0)
+
+
+def test_escape_closes_a_hint_and_the_dialog_around_it_at_once(show) -> None:
+    studio = show(EXAMPLE)
+    studio.open_dialog("library")
+    studio.page.get_by_role("dialog").get_by_role("button", name=studio.say("app.close")).hover()
+    hint = studio.page.get_by_role("tooltip")
+    expect(hint).to_be_visible()
+    studio.page.keyboard.press("Escape")
+    expect(hint.or_(studio.page.get_by_role("dialog"))).to_have_count(0)
 
 
 def test_a_mat_is_saved_as_a_file_and_opened_in_another_project(open_page, tmp_path) -> None:

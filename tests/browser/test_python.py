@@ -42,8 +42,8 @@ SIZES = """() => [...document.querySelectorAll('.blocklyDraggable')]
         [...block.querySelectorAll('text')].map(text => parseFloat(getComputedStyle(text).fontSize))])"""
 
 
-def test_the_text_and_the_blocks_follow_each_other(open_page) -> None:
-    studio = open_page(project=PROGRAM, level="python")
+def test_the_text_and_the_blocks_follow_each_other(show) -> None:
+    studio = show(PROGRAM, level="python")
     studio.look_up("python")
     text = studio.page.get_by_role("textbox", name=studio.say("python.text"))
     expect(text).to_contain_text("forward(3),")
@@ -70,11 +70,10 @@ def test_the_text_and_the_blocks_follow_each_other(open_page) -> None:
     studio.diagnostics.get_by_role("button", name="Did you mean 'wait'?").click()
     studio.page.get_by_role("button", name=studio.say("python.writeAnew")).click()
     expect(text).to_contain_text("wait(2),")
-    assert studio.faults == []
 
 
-def test_what_fits_is_listed_beside_the_text_and_while_typing(open_page) -> None:
-    studio = open_page(project=PROGRAM, level="python")
+def test_what_fits_is_listed_beside_the_text_and_while_typing(show) -> None:
+    studio = show(PROGRAM, level="python")
     studio.look_up("python")
     functions = studio.page.get_by_role("group").filter(has_text=studio.say("python.functions"))
     expect(functions).to_contain_text("led(which, seconds)")
@@ -101,7 +100,6 @@ def test_what_fits_is_listed_beside_the_text_and_while_typing(open_page) -> None
     expect(studio.block("leader", "light")).to_be_visible()
     keyboard.press("Tab")
     expect(text).not_to_be_focused()
-    assert studio.faults == []
 
 
 def test_a_wrong_block_says_what_would_fix_it_and_keeps_the_cars_from_driving(show) -> None:
@@ -142,11 +140,11 @@ def test_blocks_are_roomy_and_narrow_on_every_level(open_page, language) -> None
             assert min(sizes) >= LEAST_TYPE_PX, kind
 
 
-def test_a_long_text_is_pasted_without_measuring_each_block(open_page) -> None:
-    studio = open_page(level="python")
+def test_a_long_text_is_pasted_without_measuring_each_block(show) -> None:
+    studio = show(PROGRAM, level="python")
     studio.look_up("python")
     text = studio.page.get_by_role("textbox", name=studio.say("python.text"))
-    expect(text).to_contain_text("leader=[]")
+    expect(text).to_contain_text("left(1)")
     text.focus()
     studio.page.keyboard.press("ControlOrMeta+a")
     studio.page.evaluate(COUNT_MEASUREMENTS)

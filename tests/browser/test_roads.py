@@ -112,7 +112,7 @@ def loop_in_town() -> list[tuple[float, float]]:
 
 @pytest.mark.parametrize(
     ("size", "touches"),
-    [pytest.param(DESKTOP, False, marks=pytest.mark.soak), (DESKTOP, True), (PHONE, True)],
+    [*(pytest.param(DESKTOP, touches, marks=pytest.mark.soak) for touches in (False, True)), (PHONE, True)],
     ids=["mouse", "touch", "phone"],
 )
 def test_a_beginner_draws_a_road_that_a_convoy_follows_with_few_taps(open_page, size, touches) -> None:

@@ -1,6 +1,6 @@
 """What the site's page does around its worker: it shows its editor without Python, and Python begins again.
 
-Ten journeys of other files go through the site as well; `make soak` takes all of them.
+Three journeys of other files go through the site as well; `make soak` takes all of them.
 """
 
 import json
@@ -17,48 +17,23 @@ from scripts.try_it import on_page_markdown
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import read_program
 from support.soak import SOAK
-from support.studio_programs import EXAMPLE
+from support.studio_programs import EXAMPLE, FOLLOWED
 
-# Those that open a page come first: it leaves its browser profile, where Python's memory is stored, to the next one. A
-# page in another language would have a profile of its own, in which Python begins anew.
+# What is built is compiled in the worker, which sends a file and a stream as well. They share one page: each that is
+# opened starts Python.
 if not SOAK:
-    from tests.browser.test_missions import test_back_leads_from_a_mission_to_the_map_and_not_out_of_the_page
+    from tests.browser.test_building import example_words, test_the_documents_example_is_built_with_the_mouse
     from tests.browser.test_projects import test_blocks_and_words_are_exported
-    from tests.browser.test_python import (
-        test_a_wrong_block_says_what_would_fix_it_and_keeps_the_cars_from_driving,
-        test_the_text_and_the_blocks_follow_each_other,
-    )
-    from tests.browser.test_upload import test_a_program_is_uploaded_to_the_virtual_car_and_read_back_as_blocks
+    from tests.browser.test_upload import upload_and_read_back
 
     __all__ = [
-        "test_a_program_is_uploaded_to_the_virtual_car_and_read_back_as_blocks",
-        "test_a_wrong_block_says_what_would_fix_it_and_keeps_the_cars_from_driving",
-        "test_back_leads_from_a_mission_to_the_map_and_not_out_of_the_page",
-        "test_blocks_and_words_are_exported",
-        "test_the_text_and_the_blocks_follow_each_other",
-    ]
-
-if not SOAK:
-    from tests.browser import test_building as building
-    from tests.browser.test_building import (
-        example_words,
-        test_a_block_highlights_its_bits_and_bits_select_their_block,
-        test_a_block_that_is_not_attached_looks_so_and_a_sentence_says_so,
-        test_the_documents_example_is_built_with_the_mouse,
-    )
-
-    __all__ += [
         "example_words",
-        "test_a_block_highlights_its_bits_and_bits_select_their_block",
-        "test_a_block_that_is_not_attached_looks_so_and_a_sentence_says_so",
+        "test_blocks_and_words_are_exported",
         "test_the_documents_example_is_built_with_the_mouse",
     ]
 
-    def test_blocks_are_copied_between_the_editors_but_for_a_leaders_infrared(show) -> None:
-        building.test_blocks_are_copied_between_the_editors_but_for_a_leaders_infrared(show, "en")
-
-    def test_more_states_than_a_car_holds_are_refused(show) -> None:
-        building.test_more_states_than_a_car_holds_are_refused(show, "en")
+    def test_a_program_is_uploaded_to_the_virtual_car_and_read_back_as_blocks(show) -> None:
+        upload_and_read_back(show(FOLLOWED))
 
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -159,28 +134,14 @@ def test_links_of_the_documentation_open_their_programs(show) -> None:
         studio.expect_words([f"{word:08x}" for word in compile_program(read_program(linked["text"])).words])
 
 
-def test_the_editor_is_there_before_python_and_says_what_play_waits_for(show) -> None:
+def test_cars_drive_before_python_is_ready_and_go_on_when_it_is(show) -> None:
     page = show(EXAMPLE)
-    page.page.route("**/python.zip", lambda route: None)
-    page.page.reload()
-    expect(page.block("leader", "forward")).to_be_visible()
-    expect(page.page.locator("#mat-play")).to_be_disabled()
-    expect(page.page.locator("#mat-play")).to_have_text(page.say("mat.waits.python"))
-    expect(
-        page.page.locator("#stage").get_by_role("status").filter(has_text=page.say("server.starting"))
-    ).to_be_visible()
-    page.page.get_by_role("button", name=page.say("missions.title"), exact=True).click()
-    expect(page.dialog("missions.title").get_by_text(page.say("server.starting"))).to_be_visible()
-    page.page.unroute_all()
-
-
-def test_cars_drive_before_python_is_ready_and_go_on_when_it_is(open_page) -> None:
-    page = open_page(tour=True, plain=True)
     waiting: list[Route] = []
+    # As if nobody had been here, but for Python's memory. The studio would store its work when it is left.
+    page.page.goto(f"{page.url}icon.svg")
+    page.page.evaluate("localStorage.clear(), sessionStorage.clear()")
     page.page.route("**/python.zip", lambda route: waiting.append(route))
-    # As if it had never been here.
-    page.page.evaluate("localStorage.removeItem('motorcade.settings')")
-    page.page.reload()
+    page.page.goto(page.url)
     expect(page.clock).not_to_have_text(re.compile(r"0:00\.\d"))
     page.mat_button("pause").click()
     expect(page.mat_button("play")).to_be_visible()
@@ -207,4 +168,19 @@ def test_cars_drive_before_python_is_ready_and_go_on_when_it_is(open_page) -> No
     expect(page.clock).to_have_text("0:00.0")
     page.play()
     page.expect_moving()
+    page.page.unroute_all()
+
+
+def test_the_editor_is_there_before_python_and_says_what_play_waits_for(show) -> None:
+    page = show(EXAMPLE)
+    page.page.route("**/python.zip", lambda route: None)
+    page.page.reload()
+    expect(page.block("leader", "forward")).to_be_visible()
+    expect(page.page.locator("#mat-play")).to_be_disabled()
+    expect(page.page.locator("#mat-play")).to_have_text(page.say("mat.waits.python"))
+    expect(
+        page.page.locator("#stage").get_by_role("status").filter(has_text=page.say("server.starting"))
+    ).to_be_visible()
+    page.page.get_by_role("button", name=page.say("missions.title"), exact=True).click()
+    expect(page.dialog("missions.title").get_by_text(page.say("server.starting"))).to_be_visible()
     page.page.unroute_all()

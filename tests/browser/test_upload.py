@@ -15,7 +15,11 @@ WORDS = ["02010200", "65800000", "6a800000", "b5000000"]
 
 
 def test_a_program_is_uploaded_to_the_virtual_car_and_read_back_as_blocks(open_page) -> None:
-    studio = open_page(project=FOLLOWED)
+    upload_and_read_back(open_page(project=FOLLOWED))
+
+
+def upload_and_read_back(studio: StudioPage) -> None:
+    """Upload the project `FOLLOWED`, and read it in another page, which stays."""
     studio.open_dialog("upload")
     dialog = studio.dialog("upload.title")
     dialog.get_by_text("Simulated car", exact=True).click()

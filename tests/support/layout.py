@@ -3,9 +3,13 @@
 from playwright.sync_api import Page
 from scripts.studio_process import ROOT
 
+from support.soak import SOAK
+
 # Each size of a window that the pages are made for, and those of them that belong to devices without a mouse.
 SIZES = ((390, 844), (768, 1024), (820, 1180), (1024, 768), (1366, 768), (1440, 900))
 TOUCHED = SIZES[:4]
+# For `make test`: the smallest upright and the smallest across.
+FEW = SIZES if SOAK else (SIZES[0], SIZES[3])
 
 _FAULTS = """() => {
   const faults = [];
@@ -64,7 +68,7 @@ _FAULTS = """() => {
 class Windows:
     """A page in windows of several sizes, one after another."""
 
-    def __init__(self, page: Page, sizes: tuple[tuple[int, int], ...] = SIZES) -> None:
+    def __init__(self, page: Page, sizes: tuple[tuple[int, int], ...] = FEW) -> None:
         self._page, self._sizes = page, sizes
         self._device = page.context.new_cdp_session(page)
 

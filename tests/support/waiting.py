@@ -23,11 +23,17 @@ async def until(condition: Callable[[], Any], deadline_s: float = DEADLINE_S) ->
 
 
 def wait_until(condition: Callable[[], Any], *processes: Popen, deadline_s: float = DEADLINE_S) -> Any:
-    """Wait until ``condition()`` is true in a thread without an event loop; fail when one of the processes ends."""
+    """Wait until ``condition()`` is true in a thread without an event loop; fail when one of the processes ends.
+
+    Between two looks it rests as long as a look takes, so that whatever is waited for gets the processor.
+    """
     pause = threading.Event()
-    end_s = time.monotonic() + deadline_s
+    looks_s = time.monotonic()
+    end_s = looks_s + deadline_s
     while not (found := condition()):
-        assert time.monotonic() < end_s, "it never happened"
+        looked_s = time.monotonic()
+        assert looked_s < end_s, "it never happened"
         assert all(process.poll() is None for process in processes), "a process ended too early"
-        pause.wait(_PERIOD_S)
+        pause.wait(max(_PERIOD_S, looked_s - looks_s))
+        looks_s = time.monotonic()
     return found
