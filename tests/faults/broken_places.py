@@ -281,6 +281,9 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
     ("lesson", "server/studio/sessions.py"): (
         ("page-of-before-plays", "            if session.page is not page:\n                return\n", ""),
     ),
+    ("lesson", "drive/client.py"): (
+        ("a-release-is-overtaken", 'if self._has_released and you.get("drives"):', "if False:"),
+    ),
     ("keys", "drive/server.py"): (
         ("revoked-stay-connected", "            channel.check_keys()\n", "            pass\n"),
     ),

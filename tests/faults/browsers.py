@@ -27,6 +27,7 @@ class Browser:
         seen: called with all bytes that the server has sent to it.
         address: where it is; None for the process that runs.
         host: what it calls the server.
+        server: the computer and the port to which it connects.
 
     Attributes:
         cookies, attributes: values and attributes of each cookie, by its name.
@@ -35,7 +36,11 @@ class Browser:
     """
 
     def __init__(
-        self, seen: Callable[[bytes], None] = lambda data: None, address: str | None = None, host: str = HOST
+        self,
+        seen: Callable[[bytes], None] = lambda data: None,
+        address: str | None = None,
+        host: str = HOST,
+        server: tuple[str, int] = (SERVER, PORT),
     ) -> None:
         self.cookies: dict[str, str] = {}
         self.attributes: dict[str, str] = {}
@@ -45,6 +50,7 @@ class Browser:
         self.address = address
         self.note: Callable[[str, str], None] = lambda path, outcome: None
         self._host = host
+        self._server = server
         self._seen = seen
         self._streams: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
 
@@ -88,7 +94,7 @@ class Browser:
 
     async def _connect(self) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
         at = {"local_addr": (self.address, 0)} if self.address else {}
-        return await asyncio.open_connection(SERVER, PORT, **at)  # type: ignore[arg-type]
+        return await asyncio.open_connection(*self._server, **at)  # type: ignore[arg-type]
 
     async def _connection(self) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
         now_s = asyncio.get_running_loop().time()

@@ -21,7 +21,7 @@ from motorcade.classroom import folder as class_folder
 from motorcade.classroom import names as class_names
 from motorcade.classroom import running as class_running
 from motorcade.classroom.app import make_class_app
-from motorcade.classroom.folder import RECORD, ClassFolder
+from motorcade.classroom.folder import LIMITS, RECORD, ClassFolder
 from motorcade.classroom.network import Network as ClassNetwork
 from motorcade.classroom.record import from_bytes, new_record, to_bytes
 from motorcade.classroom.running import ClassServerSettings
@@ -37,7 +37,7 @@ _FAULTS_S = 4.0
 _MOST_OF_AN_ADDRESS, _MOST_CONNECTIONS = 32 * 4 + 4, 512 + 4
 _MOST_WAITING_BYTES = 1 << 20
 # What the calendar of the class's computer shows at the beginning, in s since 1970.
-_EPOCH_S = 1_790_000_000.0
+EPOCH_S = 1_790_000_000.0
 # Of numbers from so many one in so many is drawn again: a class never sees that two pupils have one by chance.
 _LARGE, _AGAIN = 1000, 0.3
 _PAGE = Path(tempfile.gettempdir())
@@ -51,7 +51,10 @@ class ClassComputer:
 
     Attributes:
         wall_s: so far its calendar is from its clock: somebody may set it.
+        started_s: when the server was started last.
         cars: the real cars that pupils may drive.
+        limits: how much an owner may store.
+        hosts: its addresses.
     """
 
     def __init__(self, room: World) -> None:
@@ -65,8 +68,10 @@ class ClassComputer:
         self.server: Process | None = None
         self.loop: SimulatedLoop | None = None
         self.code = ""
-        self._calm_s = self.wall_s = 0.0
+        self._calm_s = self.wall_s = self.started_s = 0.0
         self.cars: tuple[RemoteCar, ...] = ()
+        self.limits = LIMITS
+        self.hosts = ["192.168.1.5", "10.0.0.9", "fd00::5"]
         self.first_key: str | None = None
 
     def is_calm(self) -> bool:
@@ -113,13 +118,14 @@ class ClassComputer:
     def _start(self) -> None:
         process = self.server = Process(self.world, "server", self.random.choice((0.001, 0.005)))
         self.disturb(0.5)
+        self.started_s = self.world.now_s
         self.world.note("server starts")
         loop = self.loop = SimulatedLoop(process, self.network)
 
         async def serve() -> None:
-            here = ClassNetwork(["192.168.1.5"], _PORT)
-            times = {"clock": loop.time, "unix_s": lambda: _EPOCH_S + loop.time() + self.wall_s}
-            files = ClassFolder(self.folder)
+            here = ClassNetwork(self.hosts, _PORT)
+            times = {"clock": loop.time, "unix_s": lambda: EPOCH_S + loop.time() + self.wall_s}
+            files = ClassFolder(self.folder, self.limits)
             try:
                 settings = ClassServerSettings(
                     library=self.folder,  # type: ignore[arg-type]

@@ -6,7 +6,6 @@ calendar that is set, and files that somebody has damaged. `tests.faults.class_r
 """
 
 import asyncio
-import json
 import re
 from collections.abc import Awaitable, Callable
 from typing import Any
@@ -15,27 +14,29 @@ from tests.faults import (
     lesson_cars,
     lesson_clashes,
     lesson_doors,
+    lesson_files,
     lesson_list,
     lesson_luck,
     lesson_pairs,
     lesson_strangers,
+    lesson_studio,
     lesson_teacher,
     lesson_times,
+    lesson_uploads,
     lesson_work,
 )
 from tests.faults.browsers import DONE, Browser, SimulatedPage
 from tests.faults.class_room import ClassComputer
 from tests.faults.loop import SimulatedLoop, watch_memory
-from tests.faults.pupils import PASSWORD
 from tests.faults.room_cars import multicast_of
 from tests.faults.system import Replaced, replaced
 from tests.faults.world import Process, World
 
 from motorcade.classroom.app import REQUESTS
-from motorcade.classroom.folder import RECORD
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.server.fleet import RemoteCar
-from motorcade.server.studio.library import name_of
+from motorcade.server.running import url_of
+from motorcade.service.messages import sentences
 from motorcade.service.requests import REQUESTS as STUDIO_REQUESTS
 
 _ACTS = 34
@@ -103,13 +104,22 @@ class LessonPair:
         self.number, self.name = number, name
         self.members, self.joined = [who, to], [who]
         self.owners: dict[str, Pupil | None] = dict.fromkeys(WINDOWS, who)
-        self.versions = dict.fromkeys(WINDOWS, 1)
-        self.marks: dict[str, str] = {}
+        # Of each window the marks of all versions, the oldest first; and the mission that both play.
+        self.texts: dict[str, list[str]] = {}
+        self.mission = ""
         self.asks: Pupil | None = None
         # When somebody came in or went.
         self.changed_s = 0.0
         self.conducted: dict[str, Any] | None = None
         self.conducted_s = 0.0
+
+    def open(self, mark: str) -> None:
+        """Both windows hold what was opened."""
+        self.texts = {window: [mark] for window in WINDOWS}
+
+    @property
+    def versions(self) -> dict[str, int]:
+        return {window: len(texts) for window, texts in self.texts.items()}
 
 
 class Lesson(ClassComputer):
@@ -119,11 +129,14 @@ class Lesson(ClassComputer):
         super().__init__(room)
         random = self.random
         self.cars = (RemoteCar(CAR, "car", 5005),)
+        self.limits = lesson_work.LIMITS
         # A lesson begins with a key in place of a password, now and then.
         self.has_password = random.random() < 0.7
         self.teacher = Browser(address="10.0.0.1")
         self.teacher.note = self._note_path
         self.signed_in = [self.teacher]
+        # What the class's file has of it: digests of secrets, and until when.
+        self.sign_ins: list[tuple[str, float]] = []
         self.pupils: list[Pupil] = []
         self.out: list[Pupil] = []
         # Browsers that were signed out, with a request and how it has to end.
@@ -131,6 +144,7 @@ class Lesson(ClassComputer):
         self.pairs: list[LessonPair] = []
         self.paired = self.joined = 0
         self.title, self.is_open, self.stuck_minutes = "", True, 5
+        self.addresses = self.first_addresses()
         self.missions: list[dict[str, Any]] = []
         self.handed: int | None = None
         self.frozen = self.stopped = False
@@ -158,19 +172,25 @@ class Lesson(ClassComputer):
         # Who may see each mark.
         self.may_see: dict[str, set[str]] = {}
         self.whose: dict[Browser, Pupil] = {}
-        self._marks = self._addresses = 0
+        self._marks = self._addresses = self.studios = 0
         self._acts: list[tuple[float, Callable[[Lesson], Awaitable[None]]]] = [
             *lesson_doors.ACTS,
             *lesson_strangers.ACTS,
+            *lesson_studio.ACTS,
             *lesson_times.ACTS,
             *lesson_pairs.ACTS,
             *lesson_work.ACTS,
+            *lesson_uploads.ACTS,
             *lesson_teacher.ACTS,
             *lesson_cars.ACTS,
             *lesson_luck.ACTS,
             *lesson_list.ACTS,
             *lesson_clashes.ACTS,
         ]
+
+    def first_addresses(self) -> list[str]:
+        """The addresses of a class's page, as a server has them that starts."""
+        return [url_of(host, 7710) for host in self.hosts]
 
     # Whatever anybody asks.
 
@@ -214,7 +234,11 @@ class Lesson(ClassComputer):
 
     async def ask(self, browser: Browser, request: str, /, **message: Any) -> tuple[str, Any]:
         """Send a request, and check what every answer has to be."""
-        return self.answered(browser, request, *await browser.ask(request, **message))
+        before = lesson_files.secret_of(browser, "teacher")
+        outcome, answer = self.answered(browser, request, *await browser.ask(request, **message))
+        if outcome == DONE:
+            lesson_files.note_teacher(self, browser, request, before)
+        return outcome, answer
 
     def answered(self, browser: Browser, request: str, outcome: str, answer: Any) -> tuple[str, Any]:
         """Check what every answer has to be."""
@@ -241,65 +265,41 @@ class Lesson(ClassComputer):
 
     # What there has to be.
 
-    def may_have_folders(self) -> set[str]:
-        """The owners whose libraries may be there."""
-        people = {"teacher", *(pupil.id for pupil in self.pupils)}
-        return people | {f"{owner}~missions" for owner in people} | {f"pair-{pair.number}" for pair in self.pairs}
-
-    def check_folders(self) -> None:
-        """Whoever is out has left nothing."""
-        try:
-            folders = self.disk.find(self.folder / "owners").entries
-        except OSError:
-            return
-        owners = {name_of(name) for name in folders}
-        self.world.keep("ended-is-gone", owners <= self.may_have_folders(), f"{owners - self.may_have_folders()}")
-
-    def record(self) -> dict[str, Any]:
-        """What the class's file has."""
-        found: dict[str, Any] = json.loads(self.disk.find(self.folder / RECORD).data)
-        return found
-
-    def check_file(self) -> None:
-        """The class's file has what was answered, and no secret."""
-        data = self.disk.find(self.folder / RECORD).data
-        record = self.record()
-        names = [(each["id"], each["name"], each["number"]) for each in record["pupils"]]
-        self.world.keep("answered-stays", names == [(each.id, each.name, each.number) for each in self.pupils], names)
-        handed_out = (len(record["missions"]), record["handed"])
-        known_missions = (len(self.missions), self.handed)
-        self.world.keep("answered-stays", handed_out == known_missions, f"missions: {handed_out}, not {known_missions}")
-        kept = (record["title"], record["is_open"], record["stuck_minutes"], record["code"])
-        known = (self.title, self.is_open, self.stuck_minutes, self.code)
-        self.world.keep("answered-stays", kept == known, f"{kept} in place of {known}")
-        browsers = [*self.signed_in, *(device for pupil in self.pupils for device in pupil.devices)]
-        secrets = [secret for browser in browsers for secret in browser.cookies.values()]
-        secrets.append(PASSWORD)
-        told = [secret for secret in secrets if secret.encode() in data]
-        self.world.keep("no-secrets", not told, f"{told} in the class's file")
-
     async def check_pages(self) -> None:
         """All pages show what there is."""
         await asyncio.sleep(_SHOWN_S)
         for pupil in self.pupils:
             if pupil.page:
-                self._compare(pupil.name, pupil.page, "pupil", self._view_of(pupil))
+                self._compare(pupil.name, pupil.page, "pupil", self._view_of(pupil, pupil.page))
         if self.teachers_page:
-            self._compare("the teacher", self.teachers_page, "class", self._teachers_view())
+            self._compare("the teacher", self.teachers_page, "class", self._teachers_view(self.teachers_page))
 
     def _compare(self, who: str, page: SimulatedPage, kind: str, wanted: dict[str, Any]) -> None:
         self.world.keep("page-stays", not page.has_ended, f"{who}'s page has ended: {page.messages[-1:]}")
         shown = page.newest(kind) or {}
-        other = {key: (shown.get(key), value) for key, value in wanted.items() if shown.get(key) != value}
+        wanted["is"] = kind
+        keys = shown.keys() | wanted.keys()
+        other = {key: (shown.get(key), wanted.get(key)) for key in keys if shown.get(key) != wanted.get(key)}
         self.world.keep("shows-what-is", not other, "{}: {}", who, other)
 
-    def _shared_view(self) -> dict[str, Any]:
+    def _shared_view(self, page: SimulatedPage) -> dict[str, Any]:
         holders = [{"name": name, "holder": pupil and pupil.id} for name, pupil in self.holders.items()]
-        return {"frozen": self.frozen, "stopped": self.stopped, "shared": holders}
+        mat = {
+            "state": self.mat,
+            "mission": None,
+            "title": {} if self.mat == "closed" else sentences(Phrase("parade")),
+            "places": self.mat_places,
+            "entries": [pupil.id for pupil in self.mat_entries],
+        }
+        # A server that starts looks at its ports within a second or so.
+        cabled = self.world.now_s > self.started_s + _STARTS_S or (
+            page.newest("class") or page.newest("pupil") or {}
+        ).get("cabled")
+        return {"frozen": self.frozen, "stopped": self.stopped, "shared": holders, "cabled": cabled, "mat": mat}
 
-    def _view_of(self, pupil: Pupil) -> dict[str, Any]:
+    def _view_of(self, pupil: Pupil, page: SimulatedPage) -> dict[str, Any]:
         fields = ("number", "kind", "name", "sender")
-        return self._shared_view() | {
+        return self._shared_view(page) | {
             "me": {key: getattr(pupil, key) for key in ("id", "name", "avatar", "number")},
             "hand": pupil.hand,
             "mission": pupil.mission,
@@ -352,8 +352,8 @@ class Lesson(ClassComputer):
             return bool(shown and shown["pair"] and shown["pair"]["partner_away"])
         return away_s > 20.0
 
-    def _teachers_view(self) -> dict[str, Any]:
-        shown = self.teachers_page and self.teachers_page.newest("class")
+    def _teachers_view(self, page: SimulatedPage) -> dict[str, Any]:
+        shown = page.newest("class")
         rows = {row["id"]: row for row in shown["pupils"]} if shown else {}
         for pupil in self.pupils:
             row = rows.get(pupil.id, {})
@@ -374,7 +374,7 @@ class Lesson(ClassComputer):
             self.world.keep("shows-what-is", is_so, f"{pupil.name} is stuck: {row}")
         self.world.keep("shows-what-is", len(rows) == len(self.pupils), f"rows of {list(rows)}")
         own = {"title": self.title, "code": self.code, "is_open": self.is_open, "stuck_minutes": self.stuck_minutes}
-        return self._shared_view() | own | {"disk": None}
+        return self._shared_view(page) | own | {"disk": None, "pupils": list(rows.values())}
 
     def _check_age(self, what: str, shown_s: int, since_s: float | bool) -> None:
         """The teacher's page shows an age, at most some seconds later; 0 where there is none."""
@@ -396,15 +396,14 @@ class Lesson(ClassComputer):
             await act(self)
             if self.random.random() < 0.5:
                 await self.check_pages()
-            self.check_folders()
-            self.check_file()
+            lesson_files.check(self)
             if self.board:
                 is_held = (self.stopped or self.car_is_stopped) and self.board.speed
                 self.world.keep("stop-holds", not is_held, "the car drives though all is stopped")
             await asyncio.sleep(self.random.uniform(0.05, 0.4))
         await lesson_times.end(self)
         await self.check_pages()
-        self.check_folders()
+        lesson_files.check(self)
         self.world.is_over = True
 
     async def open_pages(self) -> None:

@@ -3,6 +3,7 @@
 import asyncio
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
 
 from tests.faults.browsers import DONE, Browser, SimulatedPage
 from tests.faults.keys import PROFILE, CountingBoard
@@ -35,6 +36,7 @@ _PERIOD_S = 0.05
 # A world is kept for a minute without a page; a place at a car for five seconds without use.
 _FORGOTTEN_S, _UNUSED_S = 63.0, 6.0
 _PLACES = 9
+_IN_TURN = 3
 _MAT = {
     "format": "motorcade-mat/1",
     "name": "a table",
@@ -43,6 +45,7 @@ _MAT = {
 }
 _SET = {"do": "set", "image": IMAGE, "mat": _MAT, "profile": "classroom", "seed": 1}
 _OTHER_SEED = 77
+_TEACHERS_KEY = "f" * 32
 # Their sentences fill all that lies between the server and a page.
 _MANY_ERRORS = 300
 
@@ -88,7 +91,7 @@ class LessonRemotePage:
 
 async def opened(run: "Lesson", browser: Browser, name: str = "Mia") -> LessonRemotePage:
     """A page of the remote."""
-    page = (await browser.open(f"/drive/ws?name={name}")).follow()
+    page = (await browser.open(f"/drive/ws?name={quote(name)}")).follow()
     run.world.keep("as-asked", not page.refused, f"the remote is refused: {page.refused}")
     return LessonRemotePage(run, page)
 
@@ -186,6 +189,28 @@ async def _stop_by_another(run: "Lesson") -> None:
     run.world.keep("stop-holds", (state != "stopped") == may, f"{pupil.name} has lifted the stop: {state}, {may}")
     run.car_is_stopped = state == "stopped"
     page.close()
+
+
+async def drive_in_turn(run: "Lesson") -> None:
+    """The car goes round: each who has it drives at once, though those of before still hold their sticks."""
+    if run.control is None:
+        return
+    holding, pages = [], []
+    for pupil in run.random.sample(run.pupils, min(_IN_TURN, len(run.pupils))):
+        await hand_over(run, pupil)
+        remote = await opened(run, pupil.browser, pupil.name)
+        moves = run.board.moves
+        await remote.hold(0.0, run.random.uniform(0.5, 0.6))
+        await remote.hold(0.6, 0.5)
+        run.world.keep("drives-again", run.board.moves > moves, f"{pupil.name}, who has the car now, can't drive")
+        pages.append(remote.page)
+        holding.append(asyncio.create_task(remote.hold(0.6, 9.0)))
+    for each in holding:
+        each.cancel()
+    for page in pages:
+        page.close()
+    await asyncio.sleep(_STANDS_S)
+    run.world.keep("gone-stops", run.board.speed == 0, "the car drives without a page")
 
 
 async def stop_car(run: "Lesson") -> None:
@@ -346,12 +371,15 @@ async def take_over(run: "Lesson") -> None:
     await asyncio.sleep(0.3)
     seed = (newer.newest("state") or {}).get("seed")
     run.world.keep("one-holder", seed == _SET["seed"], "the page of before acts in a world: its seed is {}", seed)
-    newer.send({"do": "reset", "seed": _OTHER_SEED})
-    await asyncio.sleep(0.3)
-    seed = (newer.newest("state") or {}).get("seed")
-    run.world.keep("as-asked", seed == _OTHER_SEED, "the newer page has no world: its seed is {}", seed)
+    for wanted in (_OTHER_SEED, _OTHER_SEED + 1):
+        newer.send({"do": "reset", "seed": wanted})
+        await asyncio.sleep(0.3)
+        seed = (newer.newest("state") or {}).get("seed")
+        run.world.keep("as-asked", seed == wanted, "the newer page has no world: its seed is {}", seed)
+        # That the page of before leaves at last is nothing to it.
+        before.close()
+        await asyncio.sleep(0.3)
     newer.close()
-    before.close()
 
 
 async def _draw(page: SimulatedPage) -> None:
@@ -387,14 +415,19 @@ async def _look_from_outside(run: "Lesson", pupil: "Pupil", other: "Pupil") -> N
     run.world.keep("own-work", outcome == "no-world", f"{other.name} gets the timeline of {pupil.name}: {outcome}")
     outcome, data = await pupil.browser.fetch("GET", f"/api/world/{key}/timeline.csv")
     run.world.keep("as-asked", outcome == DONE and data.startswith(b"t_ms"), f"no timeline: {outcome} {data[:40]!r}")
+    own = (await run.teacher.open(f"world?session={_TEACHERS_KEY}")).follow()
+    own.send(_SET)
     watching = (await run.teacher.open(f"teacher/watch?pupil={pupil.id}")).follow()
+    nobody = (await run.teacher.open(f"teacher/watch?pupil={other.id}")).follow()
     wall = (await run.teacher.open("teacher/wall")).follow()
-    await asyncio.sleep(0.3)
-    run.world.keep("as-asked", bool(watching.newest("wall")), "the teacher sees no world of a pupil")
-    worlds = (wall.newest("wall") or {}).get("worlds", [])
-    run.world.keep("as-asked", pupil.id in [each["pupil"] for each in worlds], f"the wall lacks {pupil.name}'s world")
-    for each in (watching, wall):
-        each.close()
+    await asyncio.sleep(1.5)
+    shared = [""] if run.mat == "running" else []
+    for page, known in ((watching, [pupil.id]), (nobody, []), (wall, [pupil.id, *shared])):
+        worlds = [each["pupil"] for each in (page.newest("wall") or {"worlds": [{"pupil": None}]})["worlds"]]
+        run.world.keep("shows-what-is", worlds == known, f"the worlds of {worlds} are shown, not those of {known}")
+    run.world.keep("shows-what-is", watching.pictures > 0 and not nobody.pictures, "the teacher sees another world")
+    for page in (own, watching, nobody, wall):
+        page.close()
 
 
 def names(run: "Lesson") -> Replaced:
@@ -406,11 +439,12 @@ def names(run: "Lesson") -> Replaced:
 
 
 ACTS = [
-    (1.6, drive),
+    (1.4, drive),
+    (0.7, drive_in_turn),
     (0.6, stop_car),
     (0.15, many_pages),
     (0.5, lift_the_teachers_stop),
     (0.6, late_sticks),
-    (0.6, play),
-    (0.3, take_over),
+    (0.8, play),
+    (0.5, take_over),
 ]

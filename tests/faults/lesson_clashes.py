@@ -3,7 +3,7 @@
 import asyncio
 from typing import TYPE_CHECKING, Any
 
-from tests.faults import lesson_doors, lesson_teacher, lesson_times, lesson_work
+from tests.faults import lesson_doors, lesson_files, lesson_teacher, lesson_times, lesson_work
 from tests.faults.browsers import DONE, Browser
 from tests.faults.lesson_doors import AVATAR, WORK
 from tests.faults.lesson_pairs import paired_now
@@ -81,7 +81,7 @@ async def _hand_out(run: "Lesson") -> None:
 
 
 async def _save(run: "Lesson") -> None:
-    for pupil in run.pupils[:1]:
+    for pupil in [each for each in run.pupils if not lesson_work.is_full(each)][:1]:
         name = run.random.choice(lesson_work.PROJECTS)
         await _refused(run, pupil.browser, "projects/write", name=name, project=WORK | {"python": run.new_mark()})
         await lesson_work.check_library(run, pupil)
@@ -157,8 +157,11 @@ async def _ask_at_once(run: "Lesson") -> None:
     run.may_see[marks[1 - place]] = {two[1 - place].id}
     run.paired = await paired_now(run)
     pair = run.new_pair("Parade", two[place], third)
-    pair.number = next(int(stored["id"]) for stored in run.record()["pairs"] if third.id in stored["members"])
-    pair.marks, pair.changed_s = dict.fromkeys(pair.versions, marks[place]), run.world.now_s
+    pair.number = next(
+        int(stored["id"]) for stored in lesson_files.record(run)["pairs"] if third.id in stored["members"]
+    )
+    pair.open(marks[place])
+    pair.changed_s = run.world.now_s
     run.pairs.append(pair)
     # What was stored for the other one is deleted within a second.
     await asyncio.sleep(1.2)
@@ -205,7 +208,10 @@ async def _give_at_once(run: "Lesson") -> None:
     if not givers or len(run.pupils) < 2:
         return
     giver = run.random.choice(givers)
-    taker = run.draw([pupil for pupil in run.pupils if pupil is not giver])
+    takers = [each for each in run.pupils if len(each.projects) < lesson_work.LIMITS.projects - 1]
+    taker = run.draw([each for each in takers if each is not giver])
+    if taker is None:
+        return
     tab, name = run.twin(giver.browser), next(iter(giver.projects))
     message = {"to": taker.id, "name": name}
     ends = await asyncio.gather(*(run.ask(each, "class/give", **message) for each in (giver.browser, tab)))
@@ -218,7 +224,7 @@ async def _give_at_once(run: "Lesson") -> None:
         taker.projects[wanted] = [mark]
         giver.gifts_s.append(run.world.now_s)
     # Either comes first.
-    stored = next(stored for stored in run.record()["pupils"] if stored["id"] == taker.id)
+    stored = next(stored for stored in lesson_files.record(run)["pupils"] if stored["id"] == taker.id)
     for news in stored["news"][-2:]:
         run.world.keep("answered-stays", news["name"] in copies, f"news of {news['name']!r}, not of {copies}")
         taker.tell("project", news["name"], giver.name)
@@ -269,7 +275,7 @@ async def killed(run: "Lesson") -> None:
     await lesson_times.come_up(run)
     if is_in == DONE:
         await lesson_work.check_library(run, pupil)
-    run.check_folders()
+    lesson_files.check_left(run)
 
 
 ACTS = [(0.9, full_disk), (1.6, at_once), (0.5, slow_bodies), (0.5, killed)]

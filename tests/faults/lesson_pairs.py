@@ -1,25 +1,44 @@
 """Two pupils of a simulated lesson who program one project: each has a window, and nobody else gets it."""
 
+from itertools import chain
 from typing import TYPE_CHECKING
 
+from tests.faults import lesson_files
 from tests.faults.browsers import DONE
-from tests.faults.lesson_work import GIFTS, GIFTS_S, free_name, work
-
-from motorcade.classroom.record import WINDOWS
+from tests.faults.lesson_work import GIFTS, GIFTS_S, free_name, is_full, work
 
 if TYPE_CHECKING:
     from tests.faults.lesson import Lesson, LessonPair, Pupil
 
 # A pair's name is up to its pupils, also one that no file can have.
+_TOGETHER = 4
 PAIR_NAMES = ("Parade", "a/b", "..", "x" * 100, "a\nb")
 
 
-async def begin_pair(run: "Lesson") -> None:
+async def work_together(run: "Lesson") -> None:
+    """Two who are in a pair, or begin one, do one thing after the other; others try to."""
+    free = [each for each in run.pupils if run.pair_of(each) is None]
+    if not any(len(pair.joined) > 1 for pair in run.pairs) and len(free) > 1:
+        two = run.random.sample(free, 2)
+        await begin_pair(run, *two)
+        await join_pair(run)
+    acts = (write_window, write_window, open_next, take_window, swap, conduct)
+    for act in run.random.choices(acts, k=_TOGETHER):
+        await act(run)
+
+
+def who_works(run: "Lesson") -> "Pupil | None":
+    """Most often one of two who work together."""
+    joined = [each for pair in run.pairs if len(pair.joined) > 1 for each in pair.joined]
+    return run.draw(joined if joined and run.random.random() < 0.8 else run.pupils)
+
+
+async def begin_pair(run: "Lesson", who: "Pupil | None" = None, to: "Pupil | None" = None) -> None:
     """A pupil asks another one to work together, perhaps a second time, or where one of them does already."""
-    who = run.draw(run.pupils)
+    who = who or run.draw(run.pupils)
     if who is None:
         return
-    to = run.random.choice(run.pupils)
+    to = to or run.random.choice(run.pupils)
     pair, name = run.pair_of(who), run.random.choice(PAIR_NAMES)
     mark, project = work(run, who, to)
     who.gifts_s = [when_s for when_s in who.gifts_s if run.world.now_s - when_s < GIFTS_S]
@@ -37,12 +56,12 @@ async def begin_pair(run: "Lesson") -> None:
     if outcome == DONE:
         if pair:
             pair.members.append(to)
-            for old in pair.marks.values():
-                run.may_see[old].add(to.id)
+            for mark in chain.from_iterable(pair.texts.values()):
+                run.may_see[mark].add(to.id)
         else:
             run.paired += 1
             new = run.new_pair(name, who, to)
-            new.marks = dict.fromkeys(WINDOWS, mark)
+            new.open(mark)
             run.pairs.append(new)
             pair = new
         pair.changed_s = run.world.now_s
@@ -53,7 +72,7 @@ async def begin_pair(run: "Lesson") -> None:
 
 
 async def paired_now(run: "Lesson") -> int:
-    return int(run.record()["paired"])
+    return int(lesson_files.record(run)["paired"])
 
 
 def joined_pair(run: "Lesson", pupil: "Pupil") -> "LessonPair | None":
@@ -78,7 +97,7 @@ async def join_pair(run: "Lesson") -> None:
 
 async def write_window(run: "Lesson") -> None:
     """A pupil writes a window: only the own one, and only from its newest version; others aren't let in."""
-    who = run.draw([each for each in run.pupils if run.pair_of(each)] or run.pupils)
+    who = who_works(run)
     if who is None:
         return
     window = run.random.choice(("leader", "followers"))
@@ -98,21 +117,20 @@ async def write_window(run: "Lesson") -> None:
     message = {"pair": number, "window": window, "project": project, "base": base}
     answer = await run.expect("own-work", who.browser, "class/pair/write", wanted, **message)
     if answer is not None and pair:
-        pair.versions[window] += 1
-        pair.marks[window] = mark
+        pair.texts[window].append(mark)
         run.world.keep("as-asked", answer == pair.versions[window], f"{answer}")
     read = await run.expect(
         "own-work", who.browser, "class/pair/read", DONE if pair else "not-in-a-pair", window=window
     )
     if read and pair:
         found = (read["project"]["python"], read["version"])
-        known = (pair.marks[window], pair.versions[window])
+        known = (pair.texts[window][-1], pair.versions[window])
         run.world.keep("answered-stays", found == known, f"{found}, not {known}")
 
 
 async def open_next(run: "Lesson") -> None:
     """A pupil opens a mission for both, perhaps one who doesn't know yet that the other one has."""
-    who = run.draw([each for each in run.pupils if joined_pair(run, each)] or run.pupils)
+    who = who_works(run)
     if who is None:
         return
     pair, wanted = joined_pair(run, who), DONE
@@ -127,12 +145,13 @@ async def open_next(run: "Lesson") -> None:
     if wanted == DONE and pair:
         run.paired += 1
         pair.number, pair.name, pair.conducted = run.paired, "Parade", None
-        pair.marks, pair.versions = dict.fromkeys(WINDOWS, mark), dict.fromkeys(WINDOWS, 1)
+        pair.open(mark)
+        pair.mission = "follow-me"
 
 
 async def take_window(run: "Lesson") -> None:
     """A pupil takes a window, or gives it back: not one that another has who is here."""
-    who = run.draw([each for each in run.pupils if joined_pair(run, each)] or run.pupils)
+    who = who_works(run)
     if who is None:
         return
     window, wants = run.random.choice(("leader", "followers")), run.random.random() < 0.6
@@ -148,14 +167,14 @@ async def take_window(run: "Lesson") -> None:
 
 
 async def swap(run: "Lesson") -> None:
-    """A pupil asks to swap windows, or agrees; nobody swaps alone."""
-    if run.random.random() < 0.5:
-        await begin_pair(run)
-        await join_pair(run)
-    together = [each for pair in run.pairs if len(pair.joined) > 1 for each in pair.joined]
-    who = run.draw(together or run.pupils)
-    if who is None:
-        return
+    """A pupil asks to swap windows, once or twice, or agrees; nobody swaps alone."""
+    who = who_works(run)
+    for _ in range(run.random.choice((1, 2))):
+        if who:
+            await _swap(run, who)
+
+
+async def _swap(run: "Lesson", who: "Pupil") -> None:
     wants, pair = run.random.random() < 0.8, joined_pair(run, who)
     wanted = DONE
     if pair is None or (wants and len(pair.joined) < 2):
@@ -174,7 +193,7 @@ async def swap(run: "Lesson") -> None:
 
 async def conduct(run: "Lesson") -> None:
     """A pupil plays the worlds of both."""
-    who = run.draw([each for each in run.pupils if joined_pair(run, each)] or run.pupils)
+    who = who_works(run)
     if who is None:
         return
     pair = joined_pair(run, who)
@@ -196,12 +215,14 @@ async def leave_pair(run: "Lesson") -> None:
     copied = await run.expect("leaves", who.browser, "class/pair/leave", DONE)
     if pair is None or who not in pair.joined:
         run.world.keep("own-work", copied in ("", {}, None), f"{who.name} gets {copied!r} of a pair of others")
+    elif is_full(who):
+        run.world.keep("bounded", copied == "", f"{who.name}, who has all projects, gets {copied!r}")
     elif pair.name == "Parade":
         wanted = free_name(who, pair.name, "")
         run.world.keep("as-asked", copied == wanted, f"{copied!r}, not {wanted!r}")
     if copied and pair:
-        who.projects[copied] = [pair.marks["leader"]]
-        run.may_see[pair.marks["leader"]].add(who.id)
+        who.projects[copied] = pair.texts["leader"][-1:]
+        run.may_see[pair.texts["leader"][-1]].add(who.id)
     if pair:
         drop_member(run, pair, who)
 
@@ -217,12 +238,8 @@ def drop_member(run: "Lesson", pair: "LessonPair", who: "Pupil") -> None:
 
 
 ACTS = [
-    (3.0, begin_pair),
-    (5.0, join_pair),
-    (3.0, write_window),
-    (1.0, open_next),
-    (1.5, take_window),
-    (1.5, swap),
-    (0.7, conduct),
-    (1.5, leave_pair),
+    (1.5, begin_pair),
+    (1.2, join_pair),
+    (4.0, work_together),
+    (1.2, leave_pair),
 ]

@@ -3,6 +3,7 @@
 import asyncio
 import hashlib
 import json
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from tests.faults.browsers import DONE, Browser
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 _KEY = "0123456789abcdef" * 2
 # A request has so long; a pupil so many sockets.
 _REQUEST_S, _MOST_SOCKETS = 30.0, 8
+# An address has at most 128 connections.
+_MUTE = 140
 # WebSockets, and whom they are for.
 SOCKETS = {
     "class/stream": "pupil",
@@ -225,7 +228,7 @@ async def guess_without_end(run: "Lesson") -> None:
         ("class/check-code", "wrong-class-code", {"code": "AAAAAA" if run.code != "AAAAAA" else "CCCCCC"}),
         ("teacher/sign-in", "wrong-password", {"password": "xxxxxxxx"}),
         ("teacher/first-password", "wrong-first-key", {"key": "x", "password": "xxxxxxxx"}),
-        ("class/return", "wrong-number", {"code": run.code, "name": "Nobody", "number": "0000"}),
+        ("class/return", "wrong-number", {"code": run.code, "name": f"Nobody {browser.address}", "number": "0000"}),
     )
     for number in range(ADDRESS_TRIES[0]):
         if number in (7, 17) and run.is_open:
@@ -291,6 +294,20 @@ async def say_nothing(run: "Lesson") -> None:
     await run.check_pages()
 
 
+async def flood_connections(run: "Lesson") -> None:
+    """Mute connections of one address, or of many: each has its bound, and nobody else is shut out."""
+    addresses = [f"10.5.0.{number}" for number in range(run.random.choice((1, 1, 1, 5)))]
+    writers = []
+    for address in addresses * _MUTE:
+        with suppress(OSError):
+            writers.append((await asyncio.open_connection("server", 7710, local_addr=(address, 0)))[1])
+    for each in [run.new_browser(), run.teacher, *(pupil.browser for pupil in run.pupils[:1])]:
+        await run.expect("nobody-waits", each, "class/about", DONE)
+    await run.check_pages()
+    for writer in writers:
+        writer.transport.abort()
+
+
 async def flood_socket(run: "Lesson") -> None:
     """A page that sends without end, or pings, or opens sockets without end, loses them; the others keep theirs."""
     pupil = run.draw([each for each in run.pupils if each.page])
@@ -301,8 +318,8 @@ async def flood_socket(run: "Lesson") -> None:
         pages = [(await pupil.browser.open("class/stream")).follow() for _ in range(_MOST_SOCKETS + 3)]
         await asyncio.sleep(0.5)
         left = [page for page in pages if not page.has_ended]
-        run.world.keep("bounded", len(left) == _MOST_SOCKETS, f"{len(left)} sockets of one pupil")
-        run.world.keep("bounded", pages[-1] in left, "the newest socket gives way")
+        stay = [number for number, page in enumerate(pages) if page in left]
+        run.world.keep("bounded", left == pages[-_MOST_SOCKETS:], f"of {len(pages)} sockets of one {stay} stay")
         for page in pages:
             page.close()
         # The oldest ones gave way, and that was the page's own.
@@ -342,6 +359,7 @@ ACTS = [
     (0.25, flood),
     (0.12, guess_without_end),
     (0.2, say_nothing),
-    (0.3, flood_socket),
+    (0.15, flood_connections),
+    (0.5, flood_socket),
     (0.2, guess_a_number),
 ]

@@ -1,19 +1,21 @@
 """What the teacher does in a simulated lesson: settings, names, numbers, hand-outs, stops, reports, and the end."""
 
 import asyncio
-import html
 import io
 import json
 import re
 import zipfile
+from html.parser import HTMLParser
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import unquote
 
-from tests.faults import lesson_pairs, lesson_work
+from tests.faults import lesson_cars, lesson_files, lesson_pairs, lesson_work
 from tests.faults.browsers import DONE
 from tests.faults.lesson_doors import WORK, drawn_name, wanted_name
 from tests.faults.pupils import PASSWORD
 
+from motorcade.classroom.network import qr_svg
 from motorcade.service.messages import MissionChoice
 from motorcade.service.missions import chosen_mission
 from motorcade.words.request import GO, STOP
@@ -24,6 +26,8 @@ if TYPE_CHECKING:
 _MARK = re.compile("# mark-[0-9]+-")
 # A stop is shown so soon, before a car that can't be reached is given up.
 _AT_ONCE_S = 0.4
+# A car that comes back is reached within so long.
+_BACK_S = 4.0
 # Whoever is out is sent nothing any more after so long.
 _LAST_WORDS_S = 2.0
 # WebSockets of a pupil's that may say nothing for long.
@@ -85,11 +89,14 @@ async def new_code(run: "Lesson") -> None:
     pupil = run.draw(run.pupils)
     if pupil:
         await run.expect("right-guess", pupil.browser, "projects/list", DONE)
-    shown = await run.expect("as-asked", run.teacher, "teacher/addresses", DONE)
-    run.world.keep("as-asked", shown["code"] == run.code and shown["addresses"], f"{shown}")
-    address = shown["addresses"][0]
-    await run.expect("as-asked", run.teacher, "teacher/choose-address", DONE, address=address)
+    address = run.random.choice(run.addresses)
     await run.expect("as-asked", run.teacher, "teacher/choose-address", "not-found", address="http://evil.example/")
+    chosen = await run.expect("as-asked", run.teacher, "teacher/choose-address", DONE, address=address)
+    run.addresses.sort(key=lambda each: each != address)
+    shown = await run.expect("as-asked", run.teacher, "teacher/addresses", DONE)
+    known = {"code": run.code, "addresses": run.addresses, "local_name": None, "why_no_name": None}
+    known["qr_code"] = qr_svg(f"{address}join#{run.code}")
+    run.world.keep("as-asked", chosen == shown == known, f"{shown} in place of {known}")
 
 
 async def freeze(run: "Lesson") -> None:
@@ -115,22 +122,30 @@ async def stop(run: "Lesson") -> None:
         run.world.keep("stop-gets-through", state in (None, "stopped"), f"after the stop the car is {state}")
         run.stopped, run.ordered = True, STOP
         run.car_is_stopped = run.control is not None
-    elif run.control is None and run.random.random() < 0.5:
-        await _stop_while_released(run)
     else:
         await run.expect("as-asked", run.teacher, "teacher/release-all", DONE)
         run.stopped = run.car_is_stopped = False
         run.ordered = GO
 
 
-async def _stop_while_released(run: "Lesson") -> None:
-    """A stop that comes while a release waits for a car holds."""
-    releasing = asyncio.create_task(run.expect("as-asked", run.teacher, "teacher/release-all", DONE))
-    await asyncio.sleep(_AT_ONCE_S)
-    tab = run.twin(run.teacher)
-    await run.expect("stop-gets-through", tab, "teacher/stop-all", DONE)
-    await releasing
-    run.ordered = STOP
+async def stop_and_release(run: "Lesson") -> None:
+    """Stops and releases follow each other while a car is perhaps away: the last one holds, also when it comes back."""
+    orders = run.random.choices(("teacher/stop-all", "teacher/release-all"), k=3)
+    asked = []
+    for order in orders:
+        asked.append(asyncio.create_task(run.expect("stop-gets-through", run.twin(run.teacher), order, DONE)))
+        await asyncio.sleep(run.random.choice((0.1, _AT_ONCE_S, 1.5)))
+    await asyncio.gather(*asked)
+    run.stopped = run.car_is_stopped = orders[-1] == "teacher/stop-all"
+    run.ordered = STOP if run.stopped else GO
+    if run.control is None and run.random.random() < 0.6:
+        lesson_cars.start_car(run)
+        await asyncio.sleep(_BACK_S)
+    state = run.control and run.control.telemetry().state
+    is_so = state is None or (state == "stopped") == run.stopped
+    run.world.keep("stop-holds", is_so, f"after {orders} the car is {state}")
+    run.car_is_stopped = state == "stopped"
+    await run.check_pages()
 
 
 async def pass_on(run: "Lesson") -> None:
@@ -153,16 +168,23 @@ async def hand_out(run: "Lesson") -> None:
         await _hand_out_mission(run, to, pupils, message)
         return
     mark, project = lesson_work.work(run, *pupils)
-    answer = await run.expect(
-        "as-asked", run.teacher, "teacher/hand-out", DONE, name="task", project=project, **message
-    )
-    run.world.keep("as-asked", answer == {"pupils": len(pupils), "missed": []}, f"{answer}")
-    for pupil in pupils:
-        name = lesson_work.free_name(pupil, "task", "")
-        pupil.projects[name] = [mark]
-        pupil.tell("project", name, "")
+    await _hand_out_project(run, pupils, mark, {"name": "task", "project": project} | message)
     await run.expect("as-asked", run.teacher, "teacher/hand-out", "no-such-pupil", to=["99"], name="x", project=WORK)
     await run.expect("as-asked", run.teacher, "teacher/hand-out", "no-project", name="not there")
+
+
+async def _hand_out_project(run: "Lesson", pupils: "list[Pupil]", mark: str, message: dict[str, Any]) -> None:
+    """Pupils get a project, except those who have as many as they may."""
+    missed = [pupil.id for pupil in pupils if lesson_work.is_full(pupil)]
+    wanted = "too-many-projects" if missed and len(missed) == len(pupils) else DONE
+    answer = await run.expect("as-asked", run.teacher, "teacher/hand-out", wanted, **message)
+    known = {"pupils": len(pupils) - len(missed), "missed": missed}
+    run.world.keep("as-asked", answer == (known if wanted == DONE else None), f"{answer}, not {known}")
+    for pupil in pupils:
+        if pupil.id not in missed:
+            name = lesson_work.free_name(pupil, message["name"], "")
+            pupil.projects[name] = [mark]
+            pupil.tell("project", name, "")
 
 
 async def _hand_out_mission(
@@ -188,7 +210,7 @@ async def look_at_work(run: "Lesson") -> None:
         return
     answer = await run.expect("as-asked", run.teacher, "teacher/library", DONE, pupil=pupil.id)
     found = {each["name"]: each["versions"] for each in answer["projects"]}
-    known = {name: len(versions) for name, versions in pupil.projects.items()}
+    known = {name: len(lesson_work.kept(versions)) for name, versions in pupil.projects.items()}
     run.world.keep("as-asked", (answer["pupil"], found) == (pupil.name, known), f"{found}")
     run.world.keep("as-asked", bool(answer["draft_at"]) == (pupil.draft is not None), f"{answer['draft_at']}")
     for name, versions in list(pupil.projects.items())[:1]:
@@ -209,12 +231,8 @@ async def teachers_library(run: "Lesson") -> None:
     """The teacher has a library of the own, and hands out from it."""
     mark, project = lesson_work.work(run, *run.pupils)
     await run.expect("as-asked", run.teacher, "projects/write", DONE, name="starter", project=project)
-    answer = await run.expect("as-asked", run.teacher, "teacher/hand-out", DONE, name="starter")
-    run.world.keep("as-asked", answer["pupils"] == len(run.pupils), f"{answer}")
-    for pupil in run.pupils:
-        name = lesson_work.free_name(pupil, "starter", "")
-        pupil.projects[name] = [mark]
-        pupil.tell("project", name, "")
+    run.library.setdefault("starter", []).append(mark)
+    await _hand_out_project(run, run.pupils, mark, {"name": "starter"})
 
 
 async def mat(run: "Lesson") -> None:
@@ -229,19 +247,31 @@ async def mat(run: "Lesson") -> None:
     if run.mat == "collecting" and run.random.random() < 0.7:
         if run.random.random() < 0.7:
             await lesson_work.enter_mat(run, image=lesson_work.IMAGE)
-        wanted = DONE if run.mat_entries else "mat-is-empty"
-        await run.expect("as-asked", run.teacher, "teacher/mat/start", wanted)
-        run.mat = "running" if run.mat_entries else run.mat
+        if run.mat_entries and run.random.random() < 0.3:
+            await _close_while_it_starts(run)
+        else:
+            wanted = DONE if run.mat_entries else "mat-is-empty"
+            await run.expect("as-asked", run.teacher, "teacher/mat/start", wanted)
+            run.mat = "running" if run.mat_entries else run.mat
     elif not opens:
         await run.expect("as-asked", run.teacher, "teacher/mat/close", DONE)
-        run.mat, run.mat_entries = "closed", []
+        run.mat, run.mat_entries, run.mat_places = "closed", [], 0
     if run.random.random() < 0.3:
         await _look_at_mat(run)
-    shown = run.teachers_page
-    await asyncio.sleep(0.6)
-    view = (shown.newest("class") or {}).get("mat", {}) if shown else {}
-    entries = [pupil.id for pupil in run.mat_entries]
-    run.world.keep("shows-what-is", (view["state"], view["entries"]) == (run.mat, entries), f"{view} not {entries}")
+    await run.check_pages()
+
+
+async def _close_while_it_starts(run: "Lesson") -> None:
+    """The mat is closed, or opened anew, while its world is built: no program of before drives on it."""
+    assert run.loop
+    run.loop.late_s = 1.0
+    starting = asyncio.create_task(run.expect("as-asked", run.teacher, "teacher/mat/start", "mat-is-closed"))
+    await asyncio.sleep(_AT_ONCE_S)
+    run.loop.late_s = 0.0
+    run.mat, run.mat_entries, run.mat_places = run.random.choice((("closed", [], 0), ("collecting", [], 30)))
+    request = "teacher/mat/close" if run.mat == "closed" else "teacher/mat/open"
+    await run.expect("as-asked", run.twin(run.teacher), request, DONE)
+    await starting
 
 
 async def _look_at_mat(run: "Lesson") -> None:
@@ -255,17 +285,49 @@ async def _look_at_mat(run: "Lesson") -> None:
 
 async def collect(run: "Lesson") -> None:
     """The teacher collects all work: what is there, and nothing of those who are out."""
-    outcome, data = await run.teacher.fetch("GET", "/api/teacher/work.zip")
+    outcome, data = await run.teacher.fetch("GET", "/api/teacher/work.zip?language=en")
     run.world.keep("as-asked", outcome == DONE, f"work.zip ends in {outcome}")
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         files = [name for name in archive.namelist() if name.endswith(".motorcade.json")]
         texts = "".join(archive.read(name).decode() for name in files)
         overview = archive.read("overview.html").decode()
-        folders = {name.partition("/")[0].partition(" ")[0] for name in files}
     check_marks(run, texts)
-    lacking = [pupil.name for pupil in run.pupils if html.escape(pupil.name) not in overview]
-    run.world.keep("as-asked", not lacking and "<h1></h1>" not in overview, f"the overview lacks {lacking}, or a title")
-    run.world.keep("ended-is-gone", folders <= {pupil.id for pupil in run.pupils}, f"{folders}")
+    told = Overview()
+    told.feed(overview)
+    rows = [[pupil.name, *sorted([*pupil.projects, *(["Draft"] if pupil.draft else [])])] for pupil in run.pupils]
+    shown = [[row[0], *sorted(row[1:])] for row in told.rows[1:]]
+    run.world.keep("as-asked", shown == rows, "the overview has {}, not {}", shown, rows)
+    run.world.keep("as-asked", sorted(told.links) == sorted(files), "the overview leads to {}", told.links)
+    run.world.keep(
+        "as-asked", told.title == (run.title or "The work of the class"), "the overview is called {}", told.title
+    )
+
+
+class Overview(HTMLParser):
+    """The page of all work, as a browser reads it: its title, where it leads, and the names in each row."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.title = ""
+        self.links: list[str] = []
+        self.rows: list[list[str]] = []
+        self._tags: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self._tags.append(tag)
+        self.links += [unquote(value or "") for name, value in attrs if name == "href"]
+        if tag == "tr":
+            self.rows.append([])
+
+    def handle_endtag(self, tag: str) -> None:
+        self._tags.pop()
+
+    def handle_data(self, data: str) -> None:
+        tag = self._tags[-1] if self._tags else ""
+        if tag == "h1":
+            self.title += data
+        if tag in ("td", "a", "th"):
+            self.rows[-1].append(data)
 
 
 def check_marks(run: "Lesson", texts: str) -> None:
@@ -319,12 +381,15 @@ async def remove(run: "Lesson") -> None:
     pupil = run.draw(run.pupils)
     if pupil:
         pages = [(await pupil.browser.open(path)).follow() for path in _QUIET]
+        world = (await pupil.browser.open(f"world?session={lesson_cars.key_of(pupil)}")).follow()
         await asyncio.sleep(0.2)
         await remove_pupil(run, pupil)
         await run.expect("as-asked", run.teacher, "teacher/remove", "no-such-pupil", pupil=pupil.id)
         await asyncio.sleep(_LAST_WORDS_S)
         left = [path for path, page in zip(_QUIET, pages, strict=True) if not page.has_ended]
         run.world.keep("out-is-out", not left, "{}, who is out, still has {}", pupil.name, left)
+        told = world.has_ended, world.codes()
+        run.world.keep("out-is-out", told == (True, ["class-session-needed"]), "{} is told {}", pupil.name, told)
 
 
 async def remove_pupil(run: "Lesson", pupil: "Pupil") -> None:
@@ -334,7 +399,7 @@ async def remove_pupil(run: "Lesson", pupil: "Pupil") -> None:
     for device in pupil.devices[:2]:
         await run.expect("out-is-out", device, "projects/list", "class-session-needed")
     await _see_goodbye(run, pupil, "removed")
-    run.check_folders()
+    lesson_files.check_left(run)
 
 
 async def _see_goodbye(run: "Lesson", pupil: "Pupil", why: str) -> None:
@@ -370,14 +435,14 @@ async def end_class(run: "Lesson") -> None:
         await run.expect("out-is-out", pupil.browser, "projects/list", "class-session-needed")
         await _see_goodbye(run, pupil, "ended")
     run.title, run.missions, run.handed, run.frozen = "", [], None, False
-    run.mat, run.mat_entries = "closed", []
+    run.mat, run.mat_entries, run.mat_places = "closed", [], 0
     old, answer = run.code, await run.expect("as-asked", run.teacher, "teacher/addresses", DONE)
     run.code = answer["code"]
     run.world.keep("ended-is-gone", run.code != old, "the code stays")
     data = run.disk.find(run.folder / "class.json").data.decode()
     left = [pupil.name for pupil in pupils if f'"{pupil.name}"' in data]
     run.world.keep("ended-is-gone", not left, f"{left} stays in the class's file")
-    run.check_folders()
+    lesson_files.check_left(run)
 
 
 ACTS = [
@@ -387,13 +452,14 @@ ACTS = [
     (0.5, new_code),
     (1.0, freeze),
     (0.8, stop),
+    (0.7, stop_and_release),
     (1.2, pass_on),
     (2.0, hand_out),
     (1.0, look_at_work),
     (0.5, teachers_library),
     (2.0, mat),
-    (0.3, collect),
-    (0.35, report),
+    (0.4, collect),
+    (0.3, report),
     (1.5, remove),
     (0.4, end_class),
 ]

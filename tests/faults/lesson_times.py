@@ -3,7 +3,7 @@
 import asyncio
 from typing import TYPE_CHECKING, Any
 
-from tests.faults import lesson_cars, lesson_doors, lesson_teacher, lesson_work
+from tests.faults import lesson_cars, lesson_doors, lesson_files, lesson_teacher, lesson_work
 from tests.faults.browsers import DONE
 from tests.faults.lesson_doors import MISSION, WORK, wait_for_server
 from tests.faults.pupils import PASSWORD
@@ -13,7 +13,6 @@ from motorcade.classroom.folder import RECORD
 # A calendar is set by an hour, a day, a month or years; the class looks at it once a second.
 _JUMPS_S = (600.0, 3600.0, 7200.0, 86_400.0, 30 * 86_400.0, 400 * 86_400.0, 9000 * 86_400.0)
 _SEEN_S = 2.5
-_SIGNED_IN_S = 12 * 3600.0
 _OF_A_TEACHER: tuple[tuple[str, dict[str, Any]], ...] = (
     ("teacher/freeze", {"frozen": True}),
     ("teacher/settings", {"title": "Late"}),
@@ -73,7 +72,7 @@ async def late_body(run: "Lesson") -> None:
     if teachers:
         outcome, _ = await teachers.end()
         run.world.keep("out-is-out", outcome != DONE, "a teacher who has signed out orders something")
-    run.check_folders()
+    lesson_files.check_left(run)
     if leaves:
         await asyncio.sleep(0.3)
         lesson_doors.note_left(run, pupil)
@@ -102,7 +101,7 @@ async def late_job(run: "Lesson") -> None:
     outcome, _ = await storing
     run.world.keep("out-is-out", outcome != DONE, f"{name} of a pupil who is out is done")
     await asyncio.sleep(1.0)
-    run.check_folders()
+    lesson_files.check_left(run)
 
 
 async def out(run: "Lesson", pupil: "Pupil") -> None:
@@ -131,6 +130,7 @@ async def come_up(run: "Lesson") -> None:
     await wait_for_server(run)
     run.frozen = run.stopped = False
     run.ordered = ""
+    run.addresses = run.first_addresses()
     run.holders = dict.fromkeys(run.holders)
     run.mat, run.mat_entries, run.mat_places = "closed", [], 0
     run.tries_s.clear()
@@ -185,7 +185,9 @@ async def rest(run: "Lesson") -> None:
 async def set_calendar(run: "Lesson") -> None:
     """Somebody sets the computer's calendar, forward or back: no rate, no age and no session depends on it."""
     raised_s = [(pupil, run.world.now_s) for pupil in run.pupils if pupil.hand]
-    run.wall_s += run.random.choice((-1.0, 1.0)) * run.random.choice(_JUMPS_S)
+    set_s = run.random.choice((-1.0, 1.0)) * run.random.choice(_JUMPS_S)
+    run.wall_s += set_s
+    run.sign_ins = [(secret, until_s + set_s) for secret, until_s in run.sign_ins]
     await run.expect("right-guess", run.teacher, "teacher/progress", DONE)
     pupil = run.draw(run.pupils)
     if pupil:
@@ -207,7 +209,7 @@ async def set_calendar(run: "Lesson") -> None:
 async def pass_a_night(run: "Lesson") -> None:
     """The computer is switched off for more than half a day: the teacher has to sign in again, and pupils needn't."""
     run.kill(False)
-    run.wall_s += _SIGNED_IN_S + run.random.choice((1.0, 3600.0, 86_400.0))
+    run.wall_s += lesson_files.SIGNED_IN_S + run.random.choice((1.0, 3600.0, 86_400.0))
     hang_up_all(run)
     await wait_for_server(run)
     for browser in run.signed_in:

@@ -18,19 +18,20 @@ from motorcade.classroom import shared_mat
 from motorcade.program.blocks import blocks_of
 from motorcade.server.studio import library
 from motorcade.server.studio import uploads as studio_uploads
-from motorcade.server.studio.library import OWNERS, folder_of
-from motorcade.server.studio.uploads import VIRTUAL_CAR
+from motorcade.service.library import Limits
 from motorcade.service.messages import MissionChoice, Port
 from motorcade.service.missions import chosen_mission, list_missions
 
 if TYPE_CHECKING:
     from tests.faults.lesson import Lesson, Pupil
 
-PROJECTS = ("project 0", "Röbot", "con.x", "a%b")
+PROJECTS = ("project 0", "Röbot", "con.x", '<i>%&"')
 BAD_NAMES = ("", " ", ".", "..", "a/b", "a\\b", "x" * 61, "a\u202eb", "a\nb")
 MISSIONS = [mission.id for mission in list_missions({})][:6]
 SERIAL = Port("/dev/ttyTEST", "a car's cable", "serial")
 GIFTS, GIFTS_S = 10, 60.0
+# Few enough that a lesson comes to them.
+LIMITS = Limits(projects=9, versions=4, size_bytes=1 << 24)
 # What the check of all work takes.
 _REPORT_S = 0.5
 _FIRST = MISSION
@@ -47,6 +48,16 @@ def work(run: "Lesson", *pupils: "Pupil") -> tuple[str, dict[str, Any]]:
     mark = run.new_mark()
     run.may_see[mark] = {pupil.id for pupil in pupils}
     return mark, WORK | {"python": mark}
+
+
+def kept(versions: list[str]) -> list[str]:
+    """The versions of a project that are kept."""
+    return versions[-LIMITS.versions :]
+
+
+def is_full(pupil: "Pupil") -> bool:
+    """Whether a pupil can begin no project any more."""
+    return len(pupil.projects) >= LIMITS.projects
 
 
 # The own library.
@@ -83,6 +94,8 @@ async def save(run: "Lesson") -> None:
     wanted = DONE
     if base is not None and base != len(versions):
         wanted = "saved-elsewhere" if base else "project-exists"
+    elif not versions and is_full(pupil):
+        wanted = "too-many-projects"
     message = {"name": name, "project": project} | ({} if base is None else {"base": base})
     answer = await run.expect("answered-stays", pupil.browser, "projects/write", wanted, **message)
     if answer:
@@ -121,19 +134,20 @@ async def check_library(run: "Lesson", pupil: "Pupil") -> None:
     """All that a pupil has stored is there, and nothing else."""
     listed = await run.expect("answered-stays", pupil.browser, "projects/list", DONE)
     found = {each["name"]: each["versions"] for each in listed}
-    known = {name: len(versions) for name, versions in pupil.projects.items()}
+    known = {name: len(kept(versions)) for name, versions in pupil.projects.items()}
     run.world.keep("answered-stays", found == known, f"{pupil.name} has {found}, not {known}")
     for name, versions in list(pupil.projects.items())[:2]:
         answer = await run.expect("answered-stays", pupil.browser, "projects/read", DONE, name=name)
         run.world.keep("answered-stays", answer["python"] == versions[-1], f"{name}: {answer['python']!r}")
-        number = run.random.randint(1, len(versions))
+        oldest = 1 + len(versions) - len(kept(versions))
+        number = run.random.randint(oldest, len(versions))
         answer = await run.expect("answered-stays", pupil.browser, "projects/read", DONE, name=name, version=number)
         run.world.keep("answered-stays", answer["python"] == versions[number - 1], f"{name}: {answer['python']!r}")
-        wrong = {"name": name, "version": len(versions) + 1}
+        wrong = {"name": name, "version": run.random.choice((oldest - 1, len(versions) + 1))}
         await run.expect("as-asked", pupil.browser, "projects/read", "no-version", **wrong)
         history = await run.expect("as-asked", pupil.browser, "projects/history", DONE, name=name)
         numbers = [each["version"] for each in history]
-        run.world.keep("as-asked", numbers == [*range(len(versions), 0, -1)], f"{numbers}")
+        run.world.keep("as-asked", numbers == [*range(len(versions), oldest - 1, -1)], f"{numbers}")
     own = await run.expect("answered-stays", pupil.browser, "missions/own", DONE)
     run.world.keep("answered-stays", sorted(each["name"] for each in own) == sorted(pupil.missions), f"{own}")
     await check_draft(run, pupil)
@@ -160,7 +174,7 @@ async def own_missions(run: "Lesson") -> None:
         return
     document = chosen_mission(MissionChoice(id=_FIRST)).document
     await run.expect("as-asked", pupil.browser, "missions/write", DONE, name="mine", document=document)
-    pupil.missions["mine"] = ["mine"]
+    pupil.missions["mine"] = ["motorcade-mission/1"]
     answer = await run.expect("answered-stays", pupil.browser, "missions/read", DONE, name="mine")
     run.world.keep("answered-stays", answer["id"] == "own", answer["id"])
     if run.random.random() < 0.5:
@@ -177,13 +191,13 @@ async def export_and_import(run: "Lesson") -> None:
         return
     answer = await run.expect("answered-stays", pupil.browser, "projects/export", DONE)
     text = answer["text"]
-    lost = [mark for versions in pupil.projects.values() for mark in versions if mark not in text]
+    lost = [mark for versions in pupil.projects.values() for mark in kept(versions) if mark not in text]
     run.world.keep("answered-stays", not lost and not answer["left_out"], f"{lost} isn't in the file")
     done = await run.expect("as-asked", pupil.browser, "projects/import", DONE, text=text)
     new = [each for each in done["projects"] if each["versions"]]
     run.world.keep("as-asked", not new and not done["left_out"], f"{new} is doubled")
     document = json.loads(text)
-    if document["projects"] and run.random.random() < 0.5:
+    if document["projects"] and not is_full(pupil) and run.random.random() < 0.5:
         mark, project = work(run, pupil)
         saved = await run.expect("as-asked", pupil.browser, "save-text", DONE, **project)
         versions = [{"saved_at": "2026-01-01T00:00:00.000Z", "text": saved["text"]}]
@@ -266,22 +280,35 @@ async def give(run: "Lesson") -> None:
     pupil = run.draw(run.pupils)
     if pupil is None:
         return
-    taker = run.draw([each for each in run.pupils if each is not pupil])
+    takers = [each for each in run.pupils if each is not pupil]
     classmates = await run.expect("as-asked", pupil.browser, "class/classmates", DONE)
-    others = [{"id": each.id, "name": each.name, "avatar": each.avatar} for each in run.pupils if each is not pupil]
+    others = [{"id": each.id, "name": each.name, "avatar": each.avatar} for each in takers]
     run.world.keep("own-view", classmates == others, f"{classmates}")
     gone = run.out[-1].id if run.out else "99"
     await run.expect("as-asked", pupil.browser, "class/give", "no-such-pupil", to=gone, name="x")
-    if taker is None or not pupil.projects:
+    if not takers or not pupil.projects:
         return
+    count = run.random.choice((1, 1, 1, 2, 12))
+    await _give(run, pupil, takers, count)
+    givers = [each for each in takers if each.projects]
+    if count > GIFTS and givers:
+        # Who is given much to gives as before.
+        await _give(run, run.draw(givers), [pupil], 1)
+
+
+async def _give(run: "Lesson", pupil: "Pupil", takers: "list[Pupil]", count: int) -> None:
     name = run.random.choice(list(pupil.projects))
-    for _ in range(run.random.choice((1, 1, 1, 2, 12))):
+    for _ in range(count):
+        taker = run.draw(takers)
         pupil.gifts_s = [when_s for when_s in pupil.gifts_s if run.world.now_s - when_s < GIFTS_S]
         if len(pupil.gifts_s) >= GIFTS:
             await run.expect("bounded", pupil.browser, "class/give", "gives-too-often", to=taker.id, name=name)
             continue
-        copied = await run.expect("as-asked", pupil.browser, "class/give", DONE, to=taker.id, name=name)
+        ends = "too-many-projects" if is_full(taker) else DONE
+        copied = await run.expect("as-asked", pupil.browser, "class/give", ends, to=taker.id, name=name)
         pupil.gifts_s.append(run.world.now_s)
+        if ends != DONE:
+            continue
         wanted = free_name(taker, name, f" ({pupil.name})")
         run.world.keep("as-asked", copied == wanted, f"{copied!r} in place of {wanted!r}")
         mark = pupil.projects[name][-1]
@@ -326,77 +353,19 @@ async def raise_hand(run: "Lesson") -> None:
 
 async def take(run: "Lesson") -> None:
     """A pupil takes the cable or a car, or gives it back: one at a time has it."""
-    pupil, name = run.draw(run.pupils), run.random.choice(list(run.holders))
+    name = run.random.choice(list(run.holders))
+    holder = run.holders[name]
+    others = [each for each in run.pupils if each is not holder]
+    pupil = run.draw(others if run.random.random() < 0.7 else run.pupils)
     if pupil is None:
         return
-    wants = run.random.random() < 0.7
-    holder = run.holders[name]
+    wants = run.random.random() < 0.6
     wanted = DONE if holder in (None, pupil) else "held-by-another"
     await run.expect("one-holder", pupil.browser, "class/take", wanted, name=name, wants=wants)
     if wanted == DONE:
         run.holders[name] = pupil if wants else None
     if run.random.random() < 0.15:
         await run.expect("as-asked", pupil.browser, "class/take", "car-not-listed", name="blue", wants=True)
-
-
-async def upload(run: "Lesson") -> None:
-    """Who hasn't the cable uploads nothing through it; while pages are frozen nobody does."""
-    pupil = run.draw(run.pupils)
-    if pupil is None:
-        return
-    port = run.random.choice((SERIAL.port, "virtual", "spy:///dev/ttyTEST?file=/tmp/x", "/dev/other", "socket://a:1"))
-    page = (await pupil.browser.open("upload")).follow()
-    page.send({"port": port, "image": IMAGE, "profile": "classroom"})
-    await asyncio.sleep(2.0)
-    told = json.dumps(page.messages)
-    page.close()
-    may = port == "virtual" or run.holders[""] is pupil
-    if run.frozen:
-        run.world.keep("one-holder", "class-frozen" in told, f"an upload while all is frozen: {told[:200]}")
-    elif port == "virtual":
-        run.world.keep("verified", '"verified"' in told, f"no upload into the simulated car: {told[-200:]}")
-        folder = run.folder / OWNERS / folder_of(pupil.id)
-        held = run.disk.find(folder / VIRTUAL_CAR).data
-        run.world.keep("verified", held.startswith(base64.b64decode(IMAGE)), "the simulated car holds another image")
-    elif not may:
-        run.world.keep("one-holder", "cable-of-another" in told, f"{port} without the cable: {told[:200]}")
-    elif port not in ("virtual", SERIAL.port):
-        run.world.keep("one-holder", "no-such-port" in told, f"{port} of a page: {told[:200]}")
-
-
-async def late_upload(run: "Lesson") -> None:
-    """Who has lost the cable while the upload waited for its turn uploads nothing through it."""
-    pupil = run.draw([each for each in run.pupils if run.holders[""] is each])
-    if pupil is None or run.frozen or run.loop is None:
-        return
-    run.loop.late_s = 1.0
-    page = (await pupil.browser.open("upload")).follow()
-    page.send({"port": SERIAL.port, "image": IMAGE, "profile": "classroom"})
-    await asyncio.sleep(0.2)
-    run.loop.late_s = 0.0
-    await run.expect("one-holder", run.teacher, "teacher/pass-on", DONE, name="", pupil=None)
-    run.holders[""] = None
-    await asyncio.sleep(1.5)
-    told = json.dumps(page.messages)
-    page.close()
-    run.world.keep("one-holder", "cable-of-another" in told, f"an upload without the cable: {told[:200]}")
-
-
-async def upload_by_own_port(run: "Lesson") -> None:
-    """A pupil uploads through a port of the browser's: the page gets a program's bytes; a port that closes ends it."""
-    pupil = run.draw(run.pupils)
-    if pupil is None:
-        return
-    page = (await pupil.browser.open("serial")).follow()
-    page.send({"port": "", "image": IMAGE, "profile": "classroom"})
-    await asyncio.sleep(2.0)
-    run.world.keep("as-asked", page.pictures > 0, f"no bytes for the port: {page.messages[-1:]}")
-    # A port that closes, or a page that says something else.
-    page.send({})
-    await asyncio.sleep(1.0)
-    last = page.messages[-1] if page.messages else {}
-    is_failed = page.has_ended and last.get("outcome") == "failed"
-    run.world.keep("says-why", is_failed, f"an upload whose port closes goes on: {last}")
 
 
 async def enter_mat(run: "Lesson", image: str | None = "") -> None:
@@ -475,9 +444,6 @@ ACTS = [
     (0.8, see_news),
     (1.2, raise_hand),
     (2.0, take),
-    (0.6, upload),
-    (0.3, upload_by_own_port),
-    (0.5, late_upload),
     (1.0, enter_mat),
     (0.5, open_mission),
 ]

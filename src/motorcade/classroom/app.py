@@ -258,7 +258,7 @@ async def _show_pupil(running: RunningClass, socket: WebSocket, page: PageSocket
     shown = b""
     ended = room.ended
     with running.watching() as changed:
-        while (pupil := running.pupil(socket)) and pupil.id == pupil_id:
+        while pupil := running.pupil(socket):
             view = pupil_view(room, pupil, running.mat.view(), running.pairs.view(pupil_id, running.settings.clock()))
             if (data := msgspec.json.encode(view)) != shown:
                 shown = data

@@ -106,6 +106,8 @@ class DriveClient:
         # Whether the car knows by a clock that this client has answered which of its words are old.
         self._has_answered = False
         self._former_name = ""
+        # Whether it has given the wheel back and commanded nothing since.
+        self._has_released = False
         self._away_since_s = self._begun_s = self._received_s = self._sent_s = 0.0
 
     async def __aenter__(self) -> Self:
@@ -180,6 +182,7 @@ class DriveClient:
         # These raise where an axis is out of range, or no such switch is known.
         stick_word(throttle, steering)
         switch_words(switches, {})
+        self._has_released = False
         self._switch.command(throttle, steering, _ticks(), switches)
         if _now_s() - self._sent_s >= _SHORTEST_PERIOD_S:
             self._send()
@@ -220,6 +223,7 @@ class DriveClient:
     async def release(self) -> None:
         """Give the wheel back, or stop waiting for it."""
         self._switch.order()
+        self._has_released = True
         await self._ask("release")
 
     async def stop(self) -> None:
@@ -322,6 +326,9 @@ class DriveClient:
         if you and driver == self._former_name and not you.get("drives"):
             self._former_name = ""
             connection.send_request(do="request")
+        if self._has_released and you.get("drives"):
+            # A command of before, by the other connection, came later than the request and took the wheel again.
+            connection.send_request(do="release")
 
     def _send(self) -> None:
         """Send what is due now, if it would arrive now."""
