@@ -29,7 +29,8 @@ from motorcade.words.ticks import TICKS_MASK
 # Shorter than the shortest time for which a car listens before it relays a word.
 TICK_S = 0.004
 # Cars that share a thread.
-_SHARED_WAIT_S, _SHARED_TICK_S = 0.02, 0.2
+_SHARED_WAIT_S = 0.02
+_SHARED_TICK_S = 0.2
 # Any byte is a sign of life for a watchdog; V disarms it. Source: the kernel's watchdog-api.
 _ALIVE = b"\0"
 _DISARM = b"V"

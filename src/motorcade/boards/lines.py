@@ -106,7 +106,8 @@ class TcpPort(NetworkLine, WaitingLine):
     """
 
     has_come = False
-    most_clients, most_bytes = 16, 4096
+    most_clients = 16
+    most_bytes = 4096
 
     def __init__(
         self,

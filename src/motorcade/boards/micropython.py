@@ -42,7 +42,8 @@ class MicroPythonBoard(Board):
     def __init__(
         self, settings: "dict[str, Any]", modules: "Any", line: UploadLine, voice: "Callable[[], int]"
     ) -> None:
-        machine, clock = modules.machine, modules.clock
+        machine = modules.machine
+        clock = modules.clock
         sender: Any = PioSender
         interrupt = {"hard": True}
         if modules.platform == "esp32":
@@ -65,7 +66,8 @@ class MicroPythonBoard(Board):
         self._wheels: MotorPair | None = None
         if "left_motor" in pins and "right_motor" in pins:
             left, right = [self._side(machine, settings, side) for side in ("left", "right")]
-            duties, turn_duties = settings["drive_duties"], settings["turn_duties"]
+            duties = settings["drive_duties"]
+            turn_duties = settings["turn_duties"]
             self._wheels = MotorPair(left, right, duties, turn_duties, settings["duty_percents"])
         # LEDs 0 to 3, None for each that isn't there.
         self._leds: list[Any] = []

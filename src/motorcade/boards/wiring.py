@@ -9,8 +9,10 @@ from motorcade.devices.declaration import Between
 from motorcade.errors import Phrase
 
 _WIDTH = 860
-_COMPUTER_LEFT, _COMPUTER_RIGHT = 20, 264
-_DEVICE_LEFT, _DEVICE_RIGHT = 480, 840
+_COMPUTER_LEFT = 20
+_COMPUTER_RIGHT = 264
+_DEVICE_LEFT = 480
+_DEVICE_RIGHT = 840
 _MARGIN = 20
 _HEADING = 44
 _ROW = 24
@@ -18,7 +20,9 @@ _ROW = 24
 _DEEP_ROW = 56
 _GAP = 14
 # Where components begin, how wide each is, and how far the next one is.
-_FIRST, _COMPONENT, _STEP = 282, 64, 104
+_FIRST = 282
+_COMPONENT = 64
+_STEP = 104
 # People with colour blindness can tell these apart (Okabe and Ito).
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 

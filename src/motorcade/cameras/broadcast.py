@@ -20,7 +20,8 @@ from urllib.parse import urlsplit
 
 from motorcade.errors import CameraError, MotorcadeError, Phrase
 
-WIDTH, HEIGHT = 640, 480
+WIDTH = 640
+HEIGHT = 480
 RATE_HZ = 15.0
 MOST_VIEWERS = 16
 _QUALITY = 70
@@ -35,7 +36,8 @@ _MOST_HEAD_BYTES = 1 << 13
 # So many are read, since whoever reads as fast as a camera sends would leave others no time.
 _BYTES_A_SECOND = 1 << 24
 _LENGTH = re.compile(rb"^content-length[ \t]*:[ \t]*([0-9]{1,9})[ \t]*\r?$", re.IGNORECASE | re.MULTILINE)
-_MULTIPART, _JPEG = "multipart/x-mixed-replace", "image/jpeg"
+_MULTIPART = "multipart/x-mixed-replace"
+_JPEG = "image/jpeg"
 
 
 class CameraDriverError(CameraError):

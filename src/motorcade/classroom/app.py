@@ -39,7 +39,8 @@ from motorcade.service.messages import Nothing, Sentence, decode, sentences
 from motorcade.service.missions import mission_in
 from motorcade.sockets import network_of
 
-_API, _TEACHER = "/api/", "/api/teacher/"
+_API = "/api/"
+_TEACHER = "/api/teacher/"
 # What the browser builds of a class has at these paths; the files hold no secret.
 PAGES = ("/join", "/teacher", "/wall", "/mat", "/privacy")
 AUTHORITY = "/authority.crt"
@@ -50,7 +51,9 @@ REQUESTS = {
     for exchange in exchanges_of(kind)
 }
 # A page is sent the class at most so often; the teacher's at least every few seconds, since it shows ages.
-_PUPIL_EVERY_S, _TEACHER_EVERY_S, _TEACHER_LATEST_S = 0.1, 0.25, 5.0
+_PUPIL_EVERY_S = 0.1
+_TEACHER_EVERY_S = 0.25
+_TEACHER_LATEST_S = 5.0
 
 
 def make_class_app(settings: ClassServerSettings, folder: ClassFolder) -> ASGIApp:

@@ -36,12 +36,15 @@ from motorcade.service.library import LONGEST_NAME, Limits, iso_time, mission_li
 from motorcade.service.messages import decode
 from motorcade.service.missions import list_missions
 
-RECORD, DRAFT, _LOCK = "class.json", "draft.json", ".running"
+RECORD = "class.json"
+DRAFT = "draft.json"
+_LOCK = ".running"
 # A pupil's program has some 10 kB; 100 versions of 100 projects fit.
 LIMITS = Limits(projects=100, versions=100, size_bytes=128 << 20)
 # Fifty missions of a megabyte each may be handed out.
 _MOST_BYTES = 1 << 28
-_ENDING, _OVERVIEW = ".motorcade.json", "overview.html"
+_ENDING = ".motorcade.json"
+_OVERVIEW = "overview.html"
 _REPORT_S = 600.0
 # Behind an owner, in the name of the library of the owner's own missions.
 _OWN_MISSIONS = mission_library("")

@@ -29,7 +29,8 @@ from motorcade.service.missions import Mission, chosen_mission, list_missions, o
 from motorcade.timing import Attempts
 from motorcade.words.request import GO, STOP
 
-_SALT_BYTES, _SECRET_BYTES = 16, 24
+_SALT_BYTES = 16
+_SECRET_BYTES = 24
 _GIFTS_A_MINUTE = 10
 
 

@@ -17,9 +17,12 @@ from motorcade.locales import languages
 CODE_CHARACTERS = "34679ACDEFGHJKMNPQRTVWXY"
 CODE_LENGTH = 6
 _NUMBER_LENGTH = 4
-LEAST_OF_A_PASSWORD, MOST_OF_A_PASSWORD = 8, 200
+LEAST_OF_A_PASSWORD = 8
+MOST_OF_A_PASSWORD = 200
 # 16 MiB and some 50 ms for each attempt (RFC 7914, section 2).
-_COST, _BLOCK, _PARALLEL = 1 << 14, 8, 1
+_COST = 1 << 14
+_BLOCK = 8
+_PARALLEL = 1
 _KIND = "scrypt"
 # Cyrillic and Greek letters that look like Latin ones, as small or as capital letters (Unicode's confusables.txt).
 _PAIRS = "аa вb еe іi јj кk мm нh оo рp сc тt уy хx ѕs һh ԁd ԛq ԝw αa βb εe ζz ηh ιi κk μm νn οo ρp τt υy χx"

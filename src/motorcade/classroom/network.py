@@ -23,7 +23,8 @@ from motorcade.fleet.places import registered
 from motorcade.server.running import url_of
 from motorcade.sockets import way_out
 
-LOCAL_NAME, _NAME = "motorcade.local", "motorcade"
+LOCAL_NAME = "motorcade.local"
+_NAME = "motorcade"
 _OWN = "127.0.0.1"
 _SERVICE = "_http._tcp.local."
 # Interfaces of these names are bridges and tunnels of programs on this computer: no tablet reaches it by them.

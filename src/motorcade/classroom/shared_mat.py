@@ -21,7 +21,8 @@ from motorcade.words.upload import NO_PROGRAM
 _MOST_CARS = 700
 _KEY = "mat"
 # So far apart, followers of one leader hear no other; followers stand behind theirs.
-_BETWEEN_LEADERS_M, _BETWEEN_FOLLOWERS_M = 2.5, 0.3
+_BETWEEN_LEADERS_M = 2.5
+_BETWEEN_FOLLOWERS_M = 0.3
 _IN_A_ROW = 6
 _PARADE_S = 60
 MOST_PLACES = 60

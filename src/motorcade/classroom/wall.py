@@ -23,12 +23,15 @@ from motorcade.service.messages import MatDocument
 from motorcade.service.studio_world import StudioWorld
 from motorcade.service.world_messages import Goals, Shown, State, WorldAnswer, WorldHello
 
-PICTURE_EVERY_S, LIST_EVERY_S, WATCH_EVERY_S = 1 / 16, 1.0, 0.1
+PICTURE_EVERY_S = 1 / 16
+LIST_EVERY_S = 1.0
+WATCH_EVERY_S = 0.1
 # The shared mat goes on in such steps while only the wall shows it.
 UNSHOWN_EVERY_S = 0.2
 MOST_CARS_SHOWN = 60
 _MOST_UNDER_WAY = 2
-_NUMBER, _PLACE = struct.Struct("<I"), struct.Struct("<HHI")
+_NUMBER = struct.Struct("<I")
+_PLACE = struct.Struct("<HHI")
 
 
 class ShownWorld(NamedTuple):

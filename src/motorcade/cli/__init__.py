@@ -37,7 +37,8 @@ from motorcade.outcomes import STOPPED, USAGE
 
 _HELP_OPTIONS = ("-h", "--help")
 # Groups of commands, which print nothing themselves, and commands that print no JSON.
-_GROUPS, _WITHOUT_JSON = ("car", "drive"), ("connect", "blink", "name")
+_GROUPS = ("car", "drive")
+_WITHOUT_JSON = ("connect", "blink", "name")
 
 app = typer.Typer(
     name="motorcade",
@@ -143,7 +144,8 @@ def translate_help(command: Any, has_frames: bool = True) -> None:
     titles = {name: translated(f"help-{name.lower()}") for name in ("Arguments", "Options", "Commands")}
     for name, title in titles.items():
         setattr(rich_utils, f"{name.upper()}_PANEL_TITLE", title)
-    default, required = translated("help-default", default="{default}"), translated("help-required")
+    default = translated("help-default", default="{default}")
+    required = translated("help-required")
     rich_utils.DEFAULT_STRING = f"[{default.replace('{default}', '{}')}]"
     rich_utils.REQUIRED_LONG_STRING = f"[{required}]"
     said = titles | {"default: {default}": default, "required": required}

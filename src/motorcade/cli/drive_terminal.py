@@ -12,7 +12,10 @@ from motorcade.drive.wire import Telemetry
 from motorcade.errors import DriveError, MotorcadeError, Phrase
 from motorcade.words.formats import SWITCHES, Switch
 
-AHEAD, BACK, LEFT, RIGHT = "ahead", "back", "left", "right"
+AHEAD = "ahead"
+BACK = "back"
+LEFT = "left"
+RIGHT = "right"
 _OPPOSITE = {AHEAD: BACK, BACK: AHEAD, LEFT: RIGHT, RIGHT: LEFT}
 _ARROWS = {"KEY_UP": AHEAD, "KEY_DOWN": BACK, "KEY_LEFT": LEFT, "KEY_RIGHT": RIGHT}
 # A car takes 100 commands a second.

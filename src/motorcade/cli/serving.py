@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from motorcade.cli.car import CarParts
     from motorcade.drive.wire import Telemetry
 
-_PERIOD_S, _LAST_LINE_S = 0.1, 1.0
+_PERIOD_S = 0.1
+_LAST_LINE_S = 1.0
 Note = Phrase | MotorcadeError | str
 
 

@@ -23,8 +23,10 @@ from motorcade.errors import InputError, Phrase
 # How well a pupil reads a ruler and a protractor, and how equally a car repeats a move.
 RULER_MM = 5.0
 PROTRACTOR_DEG = 3.0
-LEAST_CM, MOST_CM = 2, 1000
-LEAST_DEG, MOST_DEG = 10, 3600
+LEAST_CM = 2
+MOST_CM = 1000
+LEAST_DEG = 10
+MOST_DEG = 3600
 _MM_PER_CM = 10
 # A car that bends more drives in a circle, and a ruler shows its way no longer.
 _MOST_BEARING_DEG = 60
@@ -35,7 +37,10 @@ _MOST_TURNS_RATIO = 1.5
 _MOST_MISFIT = 8.0
 _STEPS = 6
 # Places of the figures, besides the speeds of levels 1 to 3: deg/s, mrad/m and ms.
-_FASTEST, _TURN, _DRIFT, _STOPPING = 2, 3, 4, 5
+_FASTEST = 2
+_TURN = 3
+_DRIFT = 4
+_STOPPING = 5
 # The step of a derivative, in the units of each figure.
 _STEP = 1e-3
 
@@ -304,13 +309,15 @@ def measured_profile(found: Calibration, base: Profile, name: str, equal: bool =
             straight, and as fast as its slower wheel turned.
     """
     duties = [base.wheels.left_duty_percent, base.wheels.right_duty_percent]
-    drift, share = found.drift_mrad_per_m.value, 1.0
+    drift = found.drift_mrad_per_m.value
+    share = 1.0
     if equal:
         shares = (found.left_percent, found.right_percent)
         duties = [max(1, round(duty * percent / 100)) for duty, percent in zip(duties, shares, strict=True)]
         # The slower wheel keeps its duty, and both then turn as it did. What was measured is the mean of both.
         ratio = min(shares) / 100
-        drift, share = 0.0, 2 * ratio / (1 + ratio)
+        drift = 0.0
+        share = 2 * ratio / (1 + ratio)
     return with_figures(
         base,
         name,

@@ -117,7 +117,8 @@ _MAX_LINES = 512
 _ESP32_USABLE = (0, 2, 4, 5, *range(12, 20), *range(21, 24), *range(25, 28), *range(32, 40))
 
 # An Arduino's analog pins follow its digital ones; pins 0 and 1 are the USB port's serial line.
-_UNO_PINS, _MEGA_PINS = range(2, 22), range(2, 70)
+_UNO_PINS = range(2, 22)
+_MEGA_PINS = range(2, 70)
 _MEGA_PWM = (*range(2, 9), 13, 44, 45, 46)
 _MEGA_INTERRUPTS = (2, 3, *range(18, 22))
 _UNO_NAMES = {pin: f"D{pin}" if pin < 14 else f"A{pin - 14}" for pin in _UNO_PINS}

@@ -31,7 +31,8 @@ from motorcade.drive.keys import (
 )
 from motorcade.errors import MotorcadeError, Phrase
 
-AUTHORITY, AUTHORITY_PUBLIC = "authority.pem", "authority.crt"
+AUTHORITY = "authority.pem"
+AUTHORITY_PUBLIC = "authority.crt"
 # The certificates of all keys that the authority has made.
 ISSUED = "issued.pem"
 # A Raspberry Pi's clock stops while it is off, so its time may be in the past.

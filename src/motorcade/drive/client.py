@@ -27,13 +27,16 @@ from motorcade.timing import to_ticks
 from motorcade.words.formats import switch_words
 from motorcade.words.positions import DRIVE_NEUTRAL
 
-FRESH_S, PATIENCE_S = FRESH_MS / 1000, 5.0
+FRESH_S = FRESH_MS / 1000
+PATIENCE_S = 5.0
 _PERIOD_S = PERIOD_MS / 1000
 # A car takes 100 commands a second.
 _SHORTEST_PERIOD_S = 0.0125
 # The car sends telemetry ten times a second. While it doesn't, a command would only wait and arrive too late.
-_SILENT_S, _LOST_S = 0.5, 2.0
-_FIRST_PAUSE_S, _LONGEST_PAUSE_S = 0.1, 2.0
+_SILENT_S = 0.5
+_LOST_S = 2.0
+_FIRST_PAUSE_S = 0.1
+_LONGEST_PAUSE_S = 2.0
 # A connection that ends sooner counts as none: the car accepted nobody.
 _PROVEN_S = 1.0
 

@@ -17,7 +17,8 @@ from typing import Any
 from motorcade.config.files import read_bytes, replace_file
 from motorcade.errors import MotorcadeError, Phrase
 
-CAR, DRIVER = "car", "driver"
+CAR = "car"
+DRIVER = "driver"
 _CERTIFICATE = re.compile(r"-----BEGIN CERTIFICATE-----[A-Za-z0-9+/=\s]+-----END CERTIFICATE-----")
 REVOKED = "revoked.txt"
 _HEADING = "# Serial numbers of drivers' keys that are no longer valid, one a line.\n"

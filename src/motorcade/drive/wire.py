@@ -24,7 +24,9 @@ OUTCOMES = (
 # What is counted of a session's words, by name: also those that were no DRIVE words, and those that were not looked at,
 # because newer ones of their code had come with them.
 COUNTS = (*OUTCOMES, "refused", "superseded")
-OVER_RATE, STALE, NO_HARDWARE = 6, 7, 8
+OVER_RATE = 6
+STALE = 7
+NO_HARDWARE = 8
 
 _FULL_DUTY = 255
 _CENTRE_DEG = 90

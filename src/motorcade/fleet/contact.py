@@ -22,7 +22,8 @@ MISSES = 3
 AWAY_S = BEAT_S * (MISSES + 0.4)
 # What a car holds that couldn't be reached, besides what `motorcade.upload.transfer` tells.
 AWAY = "away"
-_AGAIN_S, _STRANGE_S = 0.5, 5.0
+_AGAIN_S = 0.5
+_STRANGE_S = 5.0
 # How often a drive server's orders and telemetry are looked at.
 _ORDER_S = 0.05
 # How often an upload begins whose connection breaks, and how long a car may take to be back.
@@ -30,7 +31,8 @@ _TRIES = 3
 # At so many ports an announced drive server is asked for telemetry.
 _TELEMETRY_PORTS = 4
 # For so long it may be silent there, so long where it takes keys.
-_TELEMETRY_S, _TLS_TELEMETRY_S = 1.0, 3.0
+_TELEMETRY_S = 1.0
+_TLS_TELEMETRY_S = 3.0
 _BACK_S = 5.0
 
 

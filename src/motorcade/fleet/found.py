@@ -12,7 +12,8 @@ from motorcade.sockets import LAST_PORT
 # What has answered is asked in the same way so often before others are tried again.
 _TRIES_ALIKE = 5
 # Other ways are tried beside the first after so long without an answer, so long where it takes keys.
-_ALONE_S, _TLS_ALONE_S = 0.5, 2.0
+_ALONE_S = 0.5
+_TLS_ALONE_S = 2.0
 # The longest time between two tries where nothing has answered yet.
 _LONGEST_PAUSE_S = 8.0
 

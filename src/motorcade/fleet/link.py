@@ -31,12 +31,14 @@ _MOST_BYTES = 4096
 # A device that says so many lines that are no answers is no car; so many, and so much, in an upload, whose answers are
 # among them.
 _MOST_LINES = 40
-_MOST_LINES_OF_UPLOAD, _MOST_BYTES_OF_UPLOAD = 1000, 1 << 16
+_MOST_LINES_OF_UPLOAD = 1000
+_MOST_BYTES_OF_UPLOAD = 1 << 16
 # Where the text of a request begins, which a prompt shows, and what erases a character there.
 _TEXT_AT = 4
 _ERASE = b"\x7f"
 # A serial device that sends by itself for so long is no car. Boards say something when they start.
-_SILENCE_S, _LONGEST_NOISE_S = 0.4, 3.0
+_SILENCE_S = 0.4
+_LONGEST_NOISE_S = 3.0
 
 # The fields of a car's answer, or why it refuses.
 Answer = dict[str, str] | MotorcadeError

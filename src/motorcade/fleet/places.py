@@ -19,7 +19,10 @@ from motorcade.extras import install_command
 from motorcade.sockets import DRIVE_PORT, host_and_port, port_behind, way_out
 
 SERVICE = "_motorcade._tcp.local."
-CAR, DRIVE, CLASS, STUDIO = "car", "drive", "class", "studio"
+CAR = "car"
+DRIVE = "drive"
+CLASS = "class"
+STUDIO = "studio"
 # Where `motorcade car run` listens unless somebody chooses another port.
 UPLOAD_PORT = 7001
 _LONGEST_NAME = 40

@@ -38,7 +38,10 @@ from motorcade.mats.document import cars_of, document_of, mat_of
 from motorcade.words.image import parse_image_bytes
 
 FORMAT = "motorcade-capsule/1"
-_ABOUT, _SPEC, _TABLE, _CITATION = "capsule.json", "sweep.toml", "table.parquet", "CITATION.cff"
+_ABOUT = "capsule.json"
+_SPEC = "sweep.toml"
+_TABLE = "table.parquet"
+_CITATION = "CITATION.cff"
 _SEAL_BYTES = 64
 _MOST_BYTES = 1 << 30
 # What Python raises where a capsule has another shape than it ought to; msgspec's errors are ValueErrors.

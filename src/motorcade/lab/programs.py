@@ -39,7 +39,8 @@ _MOST_DRAWN = 3
 _MOST_CHANGED = 12
 # Blocks that decide hold others so deep. There is one counter, which is asked for small numbers, and one function.
 _DEEPEST = 2
-_COUNTER, _FUNCTION = "count", "own"
+_COUNTER = "count"
+_FUNCTION = "own"
 _COUNTS = (0, 1, 2, 3, 4, 5, 8)
 # Programs that don't compile are drawn again, and so are those that were tried already.
 _TRIES = 40

@@ -95,7 +95,8 @@ def _in_rows(crowd: Crowd, sweep: SweepLine, budget: Budget) -> _Positions:
     corner_x, corner_y = crowd.corner_m
     budget.take(columns)
     across = array("d", [corner_x + (column + 0.5) * crowd.spacing_m for column in range(columns)])
-    x_m, y_m = array("d"), array("d")
+    x_m = array("d")
+    y_m = array("d")
     for row in range(min(rows, _MOST_PLACES // max(columns, 1))):
         budget.take(1 + columns // _PLACES_A_TEST)
         y = corner_y + (row + 0.5) * crowd.spacing_m
@@ -151,7 +152,8 @@ def _jittered(
     corner_m: float, cells: list[list[int]], side_m: float, spacing_m: float, random: Callable[[], float]
 ) -> list[list[float]]:
     """A random place in each cell, at least half of ``spacing_m`` from its edges."""
-    low_m, width_m = spacing_m / 2, max(side_m - spacing_m, 0.0)
+    low_m = spacing_m / 2
+    width_m = max(side_m - spacing_m, 0.0)
     return [[corner_m + (cell * side_m + low_m + random() * width_m) for cell in row] for row in cells]
 
 
@@ -184,7 +186,8 @@ def _spread(x_m: list[float], y_m: list[float], leaders: int) -> list[int]:
     if leaders == 0:
         return []
     points = len(x_m)
-    width, height = max(x_m) - min(x_m) + _ROUNDING, max(y_m) - min(y_m) + _ROUNDING
+    width = max(x_m) - min(x_m) + _ROUNDING
+    height = max(y_m) - min(y_m) + _ROUNDING
     bands = min(max(round(math.sqrt(leaders * height / width)), 1), leaders)
     upwards = sorted(range(points), key=y_m.__getitem__)
     order: list[int] = []

@@ -65,7 +65,10 @@ class _Side(NamedTuple):
     def span(self, low_m: float, high_m: float) -> tuple[float, float]:
         """The least and the greatest x of the part between two heights."""
         # Called for every side in every row: plain comparisons take half the time of min and max.
-        x0, y0, x1, y1 = self.x0, self.y0, self.x1, self.y1
+        x0 = self.x0
+        y0 = self.y0
+        x1 = self.x1
+        y1 = self.y1
         if y0 > y1:
             x0, y0, x1, y1 = x1, y1, x0, y0
         if y1 - y0 > _LEVEL_M:

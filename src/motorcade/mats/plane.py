@@ -6,7 +6,8 @@ They use only operations that IEEE 754 rounds exactly, so that the result is the
 
 def nearest_of_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> tuple[float, float]:
     """The point of a segment nearest to (x, y)."""
-    along_x, along_y = x1 - x0, y1 - y0
+    along_x = x1 - x0
+    along_y = y1 - y0
     squared = along_x * along_x + along_y * along_y
     if squared == 0.0:
         return x0, y0

@@ -34,7 +34,8 @@ from motorcade.missions.model import Goal, Mission
 # A car that is so near to its start has not driven off.
 _STOOD_M = 0.02
 # A car that is so far off counts half in the grade of a goal.
-_HALF_M, _HALF_DEG = 0.5, 45.0
+_HALF_M = 0.5
+_HALF_DEG = 45.0
 _LED: Schema = {
     "title": "the number of an LED, or off: none is on",
     "type": ["integer", "string"],
@@ -246,11 +247,13 @@ class Travelled(AskedGoal):
         if self.lost_ms is None:
             place = min(places, key=lambda place: (driven[place], place))
             t_ms = self.last_ms
-            key, bound = "goal-travelled-too-little", self._least
+            key = "goal-travelled-too-little"
+            bound = self._least
         else:
             place = max(places, key=lambda place: (driven[place], -place))
             t_ms = self.lost_ms
-            key, bound = "goal-travelled-too-far", self._most
+            key = "goal-travelled-too-far"
+            bound = self._most
         car = self.cars[place]
         name = named(car, len(driven))
         why = Phrase(key, car=name, cm=centimetres(driven[place]), bound=centimetres(bound))

@@ -282,7 +282,8 @@ class Mistake(NamedTuple):
 
     def differs_by(self, other: "Mistake") -> int:
         """By how many settings the programs differ."""
-        one, two = Counter(self.settings), Counter(other.settings)
+        one = Counter(self.settings)
+        two = Counter(other.settings)
         return ((one - two) + (two - one)).total()
 
     def is_like(self, known: "Mistake") -> bool:

@@ -32,7 +32,8 @@ _MOST_JUDGED_CAR_SECONDS = 300_000
 # The id of a mission that is no file of the command line's, and has no other id.
 OWN = "own"
 # Where the missions are that pupils play, and those that experiments with swarms have published.
-GALLERY, LITERATURE = "gallery", "literature"
+GALLERY = "gallery"
+LITERATURE = "literature"
 # The page's editor calls them so.
 _ZONE_LABELS = {"name": "zoneName", "corners_m": "corners", "centre_m": "left", "radius_m": "width"}
 # Reads a project file that a mission names; raises MotorcadeError or OSError.

@@ -11,7 +11,8 @@ from motorcade.mats.model import Mat
 from motorcade.missions.goal import MOST_GOALS, Declared, GoalFault, GoalKind, GoalState, seconds
 from motorcade.missions.model import Goal
 
-_MOST_TRIED, _TRIED = 200, 100
+_MOST_TRIED = 200
+_TRIED = 100
 
 
 class AllBy(GoalKind):

@@ -22,7 +22,8 @@ from motorcade.words.packing import ImageError
 _IMAGES = (".image", ".bin")
 REPORTS = ("-report.html", "-report.csv")
 _LEADER, _FOLLOWER = "#d62728", "#1f77b4"
-_WIDTH_PX, _HEIGHT_PX = 220, 150
+_WIDTH_PX = 220
+_HEIGHT_PX = 150
 # Control characters and what ends a line; what a formula begins with, also as the wide letters of Chinese and Japanese
 # keyboards, at the beginning of a text or behind what separates cells.
 _CONTROLS = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029]+")
@@ -114,10 +115,14 @@ def _picture(mission: Mission, points: Sequence[Sequence[tuple[float, float]]]) 
     mat = mission.mat
     shown = points[:: -(-len(points) // _MOST_POINTS)]
     boxes = [(x, y, x, y) for moment in shown for x, y in moment] + [zone.box() for zone in mission.zones]
-    left, bottom = min(box[0] for box in boxes) - _MARGIN_M, min(box[1] for box in boxes) - _MARGIN_M
-    right, top = max(box[2] for box in boxes) + _MARGIN_M, max(box[3] for box in boxes) + _MARGIN_M
+    left = min(box[0] for box in boxes) - _MARGIN_M
+    bottom = min(box[1] for box in boxes) - _MARGIN_M
+    right = max(box[2] for box in boxes) + _MARGIN_M
+    top = max(box[3] for box in boxes) + _MARGIN_M
     if mat.size_m:
-        left, bottom, (right, top) = 0.0, 0.0, mat.size_m
+        left = 0.0
+        bottom = 0.0
+        (right, top) = mat.size_m
     scale = max((right - left) / _WIDTH_PX, (top - bottom) / _HEIGHT_PX)
     radius_m = max(mission.profile.body.diameter_mm / 2000, 3 * scale)
 

@@ -33,7 +33,8 @@ _Columns = tuple[Any, Any]
 # The diameter of the published arena as its loop function has it: a car that covers nothing is so far away.
 _DIAMETER_M = 2.5
 # The points that stand for an area are so far apart: changes of a score by less than 1% are rounding.
-_COVER_STEP_M, _NETWORK_STEP_M = 0.1, 0.05
+_COVER_STEP_M = 0.1
+_NETWORK_STEP_M = 0.05
 _LEAST = a_number(0.01, 1_000_000, title="the score at least")
 
 

@@ -49,7 +49,9 @@ _GAP_PX = 48
 _BLOCK_PX = 72
 
 # What ends a step: its time, a condition, or whichever comes first.
-BY_TIME, BY_CONDITION, _BY_BOTH = "time", "until", "both"
+BY_TIME = "time"
+BY_CONDITION = "until"
+_BY_BOTH = "both"
 ENDS = (BY_TIME, BY_CONDITION, _BY_BOTH)
 
 

@@ -58,7 +58,8 @@ from motorcade.words.packing import words_to_bytes
 
 _ACCEPT_IR = CONTROL.field("accept_ir").word_mask
 _FORWARD = CONTROL.field("forward").word_mask
-_TARGET_AT, _VALUE_AT = FLOW.field("target").low, FLOW.field("value").low
+_TARGET_AT = FLOW.field("target").low
+_VALUE_AT = FLOW.field("value").low
 # How many longer lengths of a together are tried. Among shorter ones 0 s is always possible.
 _MOST_TRIES = 100
 # What a car needs for a step of a kind, and for a condition.

@@ -35,7 +35,9 @@ class Fix(NamedTuple):
     span: Span | None = None
 
 
-TEXT, DELETE, BEHIND = "text", "delete", "behind"
+TEXT = "text"
+DELETE = "delete"
+BEHIND = "behind"
 
 
 @dataclass(frozen=True, slots=True)

@@ -42,10 +42,12 @@ from motorcade.words.packing import pack
 DEEPEST_CALL = 4
 _OP_AT = FLOW.field("op").low
 _TELL_BITS = FLOW.encode(op=TELL) >> _OP_AT
-_COUNTER_AT, _COUNTER_MASK = FLOW.field("counter").low, FLOW.field("counter").raw_mask
+_COUNTER_AT = FLOW.field("counter").low
+_COUNTER_MASK = FLOW.field("counter").raw_mask
 _COUNTING = FLOW.field("flow").word_mask | FLOW.field("op").word_mask
 _ASKING = FLOW.field("flow").word_mask | FLOW.field("condition").word_mask
-_COUNT_BITS, _COUNTER_BITS = FLOW.encode(op=COUNT), FLOW.encode(op=JUMP, condition=COUNTER)
+_COUNT_BITS = FLOW.encode(op=COUNT)
+_COUNTER_BITS = FLOW.encode(op=JUMP, condition=COUNTER)
 # The part of the time after which cars forget that a told word stays at least.
 _SLOT_SHARE = 15
 # How far it is looked for a tell that comes too soon.

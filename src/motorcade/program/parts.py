@@ -83,7 +83,8 @@ def _layout_of(kind: type[Step]) -> _Layout:
 
 
 _LAYOUTS = {kind: _layout_of(kind) for kind in SIMPLE_KINDS}
-_ACCEPT_IR_AT, _FORWARD_AT = CONTROL.field("accept_ir").low, CONTROL.field("forward").low
+_ACCEPT_IR_AT = CONTROL.field("accept_ir").low
+_FORWARD_AT = CONTROL.field("forward").low
 _LEVEL_MASK = CONTROL.field("motor_duration").raw_mask
 _DURATIONS_AT = sorted({layout.duration_low for layout in _LAYOUTS.values()} - {-1}, reverse=True)
 # The kinds that step_in looks for, in the order of their bits. Of two kinds that fill the same fields, the one that

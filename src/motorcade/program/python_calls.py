@@ -36,12 +36,17 @@ from motorcade.program.steps import (
 STEP_NAMES: dict[str, type[Step]] = {name: kind for kind in KINDS.values() for name in kind.names}
 _SIMPLE = {name: kind for name, kind in STEP_NAMES.items() if kind in SIMPLE_KINDS}
 # What the text may call besides: the steps of a leader that decides, and conditions.
-TELL, FLOW, RANDOM, PROGRAM, FOLLOWERS = "tell", "flow", "random", "Program", "Followers"
+TELL = "tell"
+FLOW = "flow"
+RANDOM = "random"
+PROGRAM = "Program"
+FOLLOWERS = "Followers"
 NAMES = (PROGRAM, FOLLOWERS, *STEP_NAMES, TELL, FLOW, RANDOM, *CONDITION_NAMES)
 # Later errors are often consequences of the first ones.
 MOST_ERRORS = 20
 _LONGEST_NAME = 40
-UNTIL, UNLESS = "until", "unless"
+UNTIL = "until"
+UNLESS = "unless"
 # What a comparison of a counter asks, and whether it has to hold; the same where the number is on the left.
 _COMPARISONS: dict[type[ast.cmpop], tuple[str, bool]] = {
     ast.Eq: ("is", True),

@@ -36,7 +36,8 @@ from motorcade.program.python_values import OverBudgetError
 from motorcade.program.schema import FORMAT
 
 # The variable that holds the program; that of the profile, where the program is written as functions.
-VARIABLE, PROFILE = "program", "profile"
+VARIABLE = "program"
+PROFILE = "profile"
 # Statements that have no place in the text; of all others, one sentence says so.
 _STATEMENTS: tuple[tuple[tuple[type[ast.AST], ...], str], ...] = (
     (LOOPS, "python-loop"),

@@ -29,7 +29,8 @@ from motorcade.program.python_values import STEP_COST, UnknownValueError
 from motorcade.program.schema import SETTINGS
 from motorcade.program.steps import RepeatStep
 
-LEADER, FOLLOWERS = "leader", "followers"
+LEADER = "leader"
+FOLLOWERS = "followers"
 _WORDS: dict[type[ast.stmt], str] = {ast.Break: "break", ast.Continue: "continue", ast.Return: "return"}
 
 

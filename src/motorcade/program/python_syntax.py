@@ -25,7 +25,8 @@ _PACKAGE = "motorcade"
 # More than any program that fits into a car, with comments, needs; Python reads it within a second.
 MOST_CHARACTERS = 200_000
 # The levels of its tree, and the bits of a number in it: blocks have at most a tenth of both.
-_MOST_LEVELS, _MOST_BITS = 150, 1024
+_MOST_LEVELS = 150
+_MOST_BITS = 1024
 # Each edit that may correct a text is tried by Python's parser, which takes too long in a longer text.
 _MOST_TRIED = 20_000
 _MOST_TRIES = 20

@@ -10,7 +10,8 @@ from math import isfinite
 from typing import Any
 
 # What a text may cost: each expression counts once, each step that comes from a loop or a function STEP_COST times.
-BUDGET, STEP_COST = 100_000, 50
+BUDGET = 100_000
+STEP_COST = 50
 # Numbers have at most so many bits; durations, levels and counts are far smaller.
 _MOST_BITS = 64
 _BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {

@@ -33,7 +33,8 @@ MOST_SOCKETS = 8
 RATE_WINDOW_S = 2
 # So often is asked whether the holder of a WebSocket is still in; who is out is sent nothing after so long: until then,
 # why.
-_LOOK_S, _LAST_WORDS_S = 0.5, 0.5
+_LOOK_S = 0.5
+_LAST_WORDS_S = 0.5
 # What a stream sends again and again; and why a WebSocket ends (RFC 6455, section 7.4.1).
 _PARTS = ("websocket.send", "http.response.body")
 _NOT_ALLOWED = 1008

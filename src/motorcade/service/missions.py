@@ -349,7 +349,8 @@ def mission_zones(mission: model.Mission) -> list[MissionZone]:
     zones = []
     for zone in mission.zones:
         corners = [[x, y] for x, y in zone.corners]
-        centre, radius = None, None
+        centre = None
+        radius = None
         if not corners:
             x, y, radius = zone.disc
             centre = [x, y]

@@ -26,7 +26,8 @@ _FEWEST_RUNS = 20
 # A page shows no more.
 _MOST_FAILED = 100
 # Of a run that is explained so many moments are looked at in one call, fewer where there are many cars.
-_MOMENTS, _MOMENTS_OF_CARS = 10, 2_000
+_MOMENTS = 10
+_MOMENTS_OF_CARS = 2_000
 
 
 class Try(StreamMessage):

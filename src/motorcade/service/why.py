@@ -45,7 +45,8 @@ _AIR_M = 0.05
 _RING_M = 0.1
 _RINGS = 60
 # Places and headings are rounded to millimetres and degrees, so a car isn't put at the very edge of range and beam.
-_SPARE_M, _SPARE_DEG = 0.002, 0.5
+_SPARE_M = 0.002
+_SPARE_DEG = 0.5
 # Between the points of a line of sight that are tested; obstacles are kept farther away from each.
 _SIGHT_STEP_M = 0.02
 # The scale of the range's slider.

@@ -40,11 +40,14 @@ from motorcade.service.world_messages import (
 PICTURE_S = 1 / 30
 # The session makes no more pictures while the page has received so many that it has not drawn yet.
 MOST_PICTURES_UNDER_WAY = 2
-STATE_S, CAR_S = 0.25, 0.1
+STATE_S = 0.25
+CAR_S = 0.1
 # What the cars that are told of think, and what all others do.
-THOUGHTS_S, ALL_THOUGHTS_S = 0.1, 0.4
+THOUGHTS_S = 0.1
+ALL_THOUGHTS_S = 0.4
 # A page that has drawn nothing for so long is in the background: its world goes on in longer steps, which cost less.
-HIDDEN_AFTER_S, HIDDEN_STEP_S = 2.0, 0.2
+HIDDEN_AFTER_S = 2.0
+HIDDEN_STEP_S = 0.2
 # A world that is late catches up with at most so much real time; the rest is dropped, so the world runs slower.
 _MOST_BEHIND_S = 0.25
 # Over about so much real time the speed is measured.

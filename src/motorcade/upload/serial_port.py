@@ -76,7 +76,8 @@ BOARD, USB, OTHER, BARE = range(4)
 
 # The numbers that Windows gives, which pyserial keeps in its text alone: access is denied, a sharing violation; there
 # is no such file, or path.
-_WINDOWS_BUSY, _WINDOWS_MISSING = (5, 32), (2, 3)
+_WINDOWS_BUSY = (5, 32)
+_WINDOWS_MISSING = (2, 3)
 _WINDOWS_NUMBER = re.compile(r"Error\(\d+, .*, None, (\d+)\)")
 _WINDOWS_TEXT = re.compile(r"Error\(\d+, ['\"](.*?)['\"], None")
 _ERRNO = re.compile(r"\[Errno (\d+)\]")

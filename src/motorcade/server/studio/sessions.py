@@ -38,7 +38,8 @@ from motorcade.service.requests import Context
 from motorcade.service.world_messages import SetWorld, Shown, WorldAnswer, WorldMessage
 
 # The list of cars: in a class for the teacher alone.
-CARS, TEACHERS_CARS = "/api/cars", "/api/teacher/cars"
+CARS = "/api/cars"
+TEACHERS_CARS = "/api/teacher/cars"
 GRACE_S = 60.0
 # A page that sent nothing for so long, not even that it drew a picture, is idle.
 IDLE_S = 600.0
