@@ -214,7 +214,7 @@ def add_roof(report: Report, large: Crowd, roof: Contestant) -> None:
 
 def add_small_worlds(report: Report, small: dict[str, Contestant]) -> None:
     for name, it in small.items():
-        figure = f"{1e6 / it.rate:,.1f} ({1e6 / it.rates[1]:,.1f}–{1e6 / it.rates[0]:,.1f}) µs a simulated second"
+        figure = f"{1e6 / it.rate:,.2f} ({1e6 / it.rates[1]:,.2f}–{1e6 / it.rates[0]:,.2f}) µs a simulated second"
         report.figure(name, figure, quiet=it.repetitions)
     report.table.add_section()
 

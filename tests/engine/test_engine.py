@@ -201,6 +201,20 @@ def test_people_who_walk_by_are_felt_in_the_tick_in_which_they_come_and_go(drivi
     same_in_both(Case(mat, [image], CLASSROOM, 1), [nothing] * 200, 20)
 
 
+@pytest.mark.parametrize("speed", [1, 2, 3])
+@pytest.mark.parametrize("cone_deg", [15, 60])
+def test_what_a_sensor_finds_is_found_and_lost_in_the_tick_in_which_it_comes_and_goes(
+    speed: int, cone_deg: int
+) -> None:
+    """Cars turn before walls, a round obstacle and each other; some would avoid what is beyond their range."""
+    profile = replace(CLASSROOM, body=replace(CLASSROOM.body, ultrasonic_cone_deg=cone_deg, ultrasonic_range_mm=250))
+    poses = [Pose(0.3 + 0.45 * (car % 4), 0.3 + 0.45 * (car // 4), 0.7 * car) for car in range(16)]
+    mat = Mat("room", Starts.of(poses, [True] * 16), 20, (2.0, 2.0), walled=True, discs=((1.0, 0.9, 0.1),))
+    programs = [Program([together(forward(3, speed=speed), avoid(radius, 3))]) for radius in (1, 2, 3)]
+    images = [compile_program(program, profile).image for program in programs]
+    same_in_both(Case(mat, images, profile, 1), [nothing] * 300, 20)
+
+
 def test_a_car_that_rolls_on_is_pushed_no_further_than_others_count_on() -> None:
     """It is put deep into a wall while it rolls on, and comes out of it towards one that drives there at full speed."""
     profile = replace(CLASSROOM, wheels=MeasuredWheels(0, 150))

@@ -17,7 +17,7 @@ from motorcade.engine.geometry import (
     NORMALS,
     cosine,
     cross,
-    disc_in_cone,
+    disc_to_cone,
     is_shaded,
     mix,
     nearest_of_segment,
@@ -117,13 +117,23 @@ def test_a_wall_is_crossed_where_both_lines_meet_between_their_ends(
 @given(POINT, RADIUS, HALF_CONE)
 def test_a_disc_is_seen_that_touches_the_cone(at: tuple[float, float], radius: float, half: float) -> None:
     away = math.hypot(*at)
-    seen = disc_in_cone(*at, radius, math.cos(half), math.sin(half))
+    distance, outside = disc_to_cone(*at, radius, math.cos(half), math.sin(half))
+    assert distance == pytest.approx(away - radius)
     if away <= radius:
-        assert seen == 0
+        assert outside <= 0
         return
     beside = abs(math.atan2(at[1], at[0])) - half - math.asin(radius / away)
     assume(abs(beside) > 1e-6)
-    assert seen == (pytest.approx(away - radius) if beside < 0 else FAR_UM)
+    assert (outside <= 0) == (beside < 0)
+
+
+@given(POINT, POINT, RADIUS, HALF_CONE)
+def test_a_disc_leaves_the_cone_no_sooner_than_it_has_moved_so_far(
+    here: tuple[float, float], there: tuple[float, float], radius: float, half: float
+) -> None:
+    """A car goes on to be seen, or not, while it can't have moved farther than that."""
+    outside = [disc_to_cone(*at, radius, math.cos(half), math.sin(half))[1] for at in (here, there)]
+    assert abs(outside[0] - outside[1]) <= math.dist(here, there) + 1e-3
 
 
 @given(POINT, POINT, HALF_CONE)

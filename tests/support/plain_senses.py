@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.engine import layout
-from motorcade.engine.geometry import COSINES, FAR_UM, cosine, disc_in_cone, segment_in_cone, sine
+from motorcade.engine.geometry import COSINES, FAR_UM, cosine, disc_to_cone, segment_in_cone, sine
 from motorcade.mats import Person
 from motorcade.mats.model import Line, path_of
 
@@ -19,6 +19,11 @@ def ahead_of(heading: int) -> tuple[float, float]:
     """The direction of a binary angle, as the kernels compute it."""
     cosines: Any = COSINES
     return cosine(heading, cosines), sine(heading, cosines)
+
+
+def disc_in_cone(ahead: float, aside: float, radius: float, cone_cos: float, cone_sin: float) -> float:
+    distance, outside = disc_to_cone(ahead, aside, radius, cone_cos, cone_sin)
+    return max(distance, 0.0) if outside <= 0.0 else FAR_UM
 
 
 def obstacle_mm(world: "PlainWorld", car: int) -> int:

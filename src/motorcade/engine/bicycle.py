@@ -22,7 +22,7 @@ from motorcade.config.profile import Profile
 from motorcade.engine import bodies, clearance
 from motorcade.engine.backend import in_kernel
 from motorcade.engine.bodies import DISPLACEMENT_BITS, NOISE_MS
-from motorcade.engine.geometry import FULL_TURN, cosine, mix, sine
+from motorcade.engine.geometry import FULL_TURN, ahead_of, mix
 from motorcade.engine.state import DRIVEN, Arrays, Buffer, CarArrays, Driven, Floats, Now, Rules
 from motorcade.words.ticks import TICKS_MASK, later_ms
 
@@ -85,7 +85,7 @@ def set_out(arrays: Arrays, now: Now) -> None:
             ahead, aside = ahead * share, aside * share
         driven[TURNED, k] = int(turn)
         heading = int(cars.heading[i]) + int(turn) // 2
-        ahead_x, ahead_y = cosine(heading, rules.cosines), sine(heading, rules.cosines)
+        ahead_x, ahead_y = ahead_of(heading, rules.cosines)
         if bodies.stands(i, cars, rules) and ahead != 0.0:
             clearance.wake_near(i, arrays, now)
         cars.displacement_x[i] = math.floor(ahead * ahead_x - aside * ahead_y + 0.5)

@@ -16,7 +16,7 @@ from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.brain import LEFT, RIGHT
 from motorcade.engine.backend import in_kernel
 from motorcade.engine.cells import cell_of, cells_around
-from motorcade.engine.geometry import FAR_UM, FULL_TURN, cosine, disc_in_cone, mix, segment_in_cone, sine
+from motorcade.engine.geometry import FAR_UM, FULL_TURN, ahead_of, disc_to_cone, mix, segment_in_cone
 from motorcade.engine.state import DRIVEN, CarArrays, Cells, Obstacles, People, Rules
 from motorcade.mats.plane import nearest_of_segment
 
@@ -60,9 +60,11 @@ def slips(wheels: int, rules: Rules) -> bool:
 
 
 @in_kernel
-def turns_round(i: int, cars: CarArrays, rules: Rules) -> bool:
-    """Whether the heading of car ``i`` changes while it keeps its wheels."""
-    return turns(cars.wheels[i]) or slips(cars.wheels[i], rules)
+def spin_of(i: int, cars: CarArrays, rules: Rules) -> float:
+    """By how much the heading of car ``i`` changes in a tick with its wheels, in rad; FAR_UM: nobody knows."""
+    if slips(cars.wheels[i], rules):
+        return FAR_UM
+    return abs(float(rules.turns[cars.wheels[i]])) / FULL_TURN * math.tau
 
 
 @in_kernel
@@ -123,42 +125,34 @@ def others_ahead(i: int, world: int, look: float, cars: CarArrays, cells: Cells,
     """Look at the cars that the ultrasonic sensor of car ``i``, which sees ``look`` µm far, measures or may soon.
 
     Returns:
-        For how many ticks no other car can matter to the sensor if this car keeps its wheels, and the distance from its
-        front to the nearest car in the cone (FAR_UM: none).
+        For how many ticks it stays so that the sensor finds a car, or that it finds none, if this car keeps its wheels;
+        and the distance from its front to the nearest car in the cone, within ``look`` or little beyond (FAR_UM: none).
     """
     x, y = float(cars.x[i]), float(cars.y[i])
-    ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
+    ahead_x, ahead_y = ahead_of(cars.heading[i], rules.cosines)
     near = rules.contact + look + LOOK_BEYOND_UM
+    far = near * near
     _, _, own = displacement_of(i, cars, rules)
-    gap, obstacle, nearest = LOOK_BEYOND_UM, FAR_UM, near * near
+    gap, obstacle, nearest = LOOK_BEYOND_UM, FAR_UM, far
     first = cells.first[world]
     left, right, bottom, top, columns = cells_around(x, y, near + rules.drift, cells.frame[world])
     for row in range(bottom, top + 1):
+        # Without branches, several cars at an instruction.
         for j in range(first[row * columns + left], first[row * columns + right + 1]):
             dx, dy = float(cars.x[j]) - x, float(cars.y[j]) - y
-            squared = dx * dx + dy * dy
-            if squared >= near * near or j == i:
-                continue
+            squared = dx * dx + dy * dy if j != i else far
             nearest = min(nearest, squared)
             ahead, aside = dx * ahead_x + dy * ahead_y - rules.radius, dy * ahead_x - dx * ahead_y
-            gap = min(gap, _gap_to_cone(ahead, aside, look, rules))
-            seen = disc_in_cone(ahead, aside, rules.radius, rules.cone_cos, rules.cone_sin)
-            if seen <= look:
-                obstacle = min(obstacle, seen)
-    if turns_round(i, cars, rules):
+            away, beside = disc_to_cone(ahead, aside, rules.radius, rules.cone_cos, rules.cone_sin)
+            gap = min(gap, max(away - look, beside) if squared < far else FAR_UM)
+            obstacle = min(obstacle, max(away, 0.0) if (squared < far) & (beside <= 0.0) else FAR_UM)
+    way, spin = own + rules.fastest, spin_of(i, cars, rules)
+    if gap < 0.0:
+        # Whatever comes besides, it is seen until it has left the cone or the range.
+        return (-gap - ROUNDED_UM) / (way + (rules.contact + look) * spin), obstacle
+    if spin > 0.0:
         gap = math.sqrt(nearest) - rules.contact - look
-    return (gap - ROUNDED_UM) / (own + rules.fastest), obstacle
-
-
-@in_kernel
-def _gap_to_cone(ahead: float, aside: float, look: float, rules: Rules) -> float:
-    """How far a body is outside of what the sensor sees: beyond the range or beside the cone, whichever is more."""
-    away = math.sqrt(ahead * ahead + aside * aside) - rules.radius
-    aside = abs(aside)
-    beside = aside * rules.cone_cos - ahead * rules.cone_sin - rules.radius
-    if ahead * rules.cone_cos + aside * rules.cone_sin <= 0.0:
-        beside = away
-    return max(away - look, beside)
+    return (gap - ROUNDED_UM) / way, obstacle
 
 
 @in_kernel
@@ -179,7 +173,7 @@ def obstacles_near(
     near = around + LOOK_BEYOND_UM
     # To a car that stands nothing here changes.
     ticks, obstacle, away_x, away_y = (LOOK_BEYOND_UM - ROUNDED_UM) / own if own > 0.0 else FAR_UM, FAR_UM, 0.0, 0.0
-    sees, turning = ticks, turns_round(i, cars, rules)
+    sees, stays, spin = ticks, 0.0, spin_of(i, cars, rules)
     touched, pressed, along_x, along_y = 0, 0, push_x, push_y
     gap = LOOK_BEYOND_UM
     x, y = float(cars.x[i]), float(cars.y[i])
@@ -208,14 +202,18 @@ def obstacles_near(
             ticks = min(ticks, (surface - rules.radius - ROUNDED_UM) / max(closing, 1.0))
         gap = min(gap, surface - rules.radius)
         if look > 0.0:
-            if own > 0.0 or turning:
+            if own > 0.0 or spin > 0.0:
                 free = surface - rules.radius
-                if rules.cone_sin > _NARROW and not turning:
+                if rules.cone_sin > _NARROW and spin == 0.0:
                     # What is beside the cone of a car that drives straight on never comes into it.
-                    free = _obstacle_in_cone(i, item, _BEHIND_UM, cars, obstacles, rules) - _BEHIND_UM
+                    free, _, _ = _obstacle_in_cone(i, item, _BEHIND_UM, look, cars, obstacles, rules)
+                    free -= _BEHIND_UM
                 sees = min(sees, (free - look - ROUNDED_UM) / max(own, 1.0))
             if surface < look + rules.radius:
-                obstacle = min(obstacle, _obstacle_in_cone(i, item, 0.0, cars, obstacles, rules))
+                seen, depth, reach = _obstacle_in_cone(i, item, 0.0, look, cars, obstacles, rules)
+                obstacle = min(obstacle, seen)
+                if seen <= look:
+                    stays = max(stays, (depth - ROUNDED_UM) / max(own + (reach + rules.radius) * spin, 1.0))
         if surface < rules.radius and distance > 0.0 and rules.collisions:
             share = (rules.radius - surface) / distance
             away_x -= math.floor(dx * share + 0.5)
@@ -228,27 +226,42 @@ def obstacles_near(
     if pressed:
         push_x, push_y = (along_x, along_y) if touched == 1 else (0.0, 0.0)
     push_x, push_y = math.floor(push_x + 0.5) + away_x, math.floor(push_y + 0.5) + away_y
+    if obstacle <= look:
+        sees = stays
     return ticks, (gap - ROUNDED_UM) / rules.fastest, sees, obstacle, push_x, push_y
 
 
 @in_kernel
-def _obstacle_in_cone(i: int, item: int, back: float, cars: CarArrays, obstacles: Obstacles, rules: Rules) -> float:
-    """The distance of a wall or an obstacle in the cone of a sensor that is ``back`` µm behind a car's own."""
-    ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
+def _obstacle_in_cone(
+    i: int, item: int, back: float, look: float, cars: CarArrays, obstacles: Obstacles, rules: Rules
+) -> tuple[float, float, float]:
+    """Look at a wall or an obstacle in the cone of a sensor that is ``back`` µm behind a car's own.
+
+    Returns:
+        Its distance, FAR_UM where it isn't in the cone; how deep a place of it is in what the sensor sees up to
+        ``look``; and how far that place, or the far side of an obstacle, is from the sensor at most.
+    """
+    ahead_x, ahead_y = ahead_of(cars.heading[i], rules.cosines)
     front_x = float(cars.x[i]) + (rules.radius - back) * ahead_x
     front_y = float(cars.y[i]) + (rules.radius - back) * ahead_y
-    segments = obstacles.segments.shape[0]
+    segments, thick = obstacles.segments.shape[0], 0.0
     if item >= segments:
         disc = obstacles.discs[item - segments]
-        dx, dy = disc[0] - front_x, disc[1] - front_y
+        dx, dy, thick = disc[0] - front_x, disc[1] - front_y, disc[2]
         ahead, aside = dx * ahead_x + dy * ahead_y, dy * ahead_x - dx * ahead_y
-        return disc_in_cone(ahead, aside, disc[2], rules.cone_cos, rules.cone_sin)
-    wall = obstacles.segments[item]
-    ahead_0 = (wall[0] - front_x) * ahead_x + (wall[1] - front_y) * ahead_y
-    aside_0 = (wall[1] - front_y) * ahead_x - (wall[0] - front_x) * ahead_y
-    ahead_1 = (wall[2] - front_x) * ahead_x + (wall[3] - front_y) * ahead_y
-    aside_1 = (wall[3] - front_y) * ahead_x - (wall[2] - front_x) * ahead_y
-    return segment_in_cone(ahead_0, aside_0, ahead_1, aside_1, rules.cone_cos, rules.cone_sin)
+        away, beside = disc_to_cone(ahead, aside, thick, rules.cone_cos, rules.cone_sin)
+        distance = max(away, 0.0) if beside <= 0.0 else FAR_UM
+    else:
+        wall = obstacles.segments[item]
+        ahead_0 = (wall[0] - front_x) * ahead_x + (wall[1] - front_y) * ahead_y
+        aside_0 = (wall[1] - front_y) * ahead_x - (wall[0] - front_x) * ahead_y
+        ahead_1 = (wall[2] - front_x) * ahead_x + (wall[3] - front_y) * ahead_y
+        aside_1 = (wall[3] - front_y) * ahead_x - (wall[2] - front_x) * ahead_y
+        distance = segment_in_cone(ahead_0, aside_0, ahead_1, aside_1, rules.cone_cos, rules.cone_sin)
+        # The nearest place is often at the edge of the cone.
+        ahead, aside = nearest_of_segment(distance, 0.0, ahead_0, aside_0, ahead_1, aside_1)
+        away, beside = disc_to_cone(ahead, aside, 0.0, rules.cone_cos, rules.cone_sin)
+    return distance, -max(away - look, beside), away + thick
 
 
 @in_kernel
@@ -305,12 +318,10 @@ def person_near(i: int, part: int, now: int, cars: CarArrays, people: People, ru
         for k in range(people.now_x.shape[1]):
             people.now_x[part, k], people.now_y[part, k] = person_at(k, now, people)
     x, y = float(cars.x[i]), float(cars.y[i])
-    ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
+    ahead_x, ahead_y = ahead_of(cars.heading[i], rules.cosines)
     reach = rules.pir_range * rules.pir_range
     ticks, sensed, walk = FAR_UM, 0, rules.person_step + rules.fastest
-    spin = abs(float(rules.turns[cars.wheels[i]])) / FULL_TURN * math.tau
-    if slips(cars.wheels[i], rules):
-        spin = FAR_UM
+    spin = spin_of(i, cars, rules)
     for k in range(people.now_x.shape[1]):
         dx, dy = people.now_x[part, k] - x, people.now_y[part, k] - y
         squared = dx * dx + dy * dy
@@ -348,8 +359,9 @@ def set_displacement(i: int, wheels: int, cars: CarArrays, rules: Rules) -> None
 @in_kernel
 def _set_displacement_along(i: int, length: float, cars: CarArrays, rules: Rules) -> None:
     length = length * (1 << DISPLACEMENT_BITS)
-    cars.displacement_x[i] = math.floor(length * cosine(cars.heading[i], rules.cosines) + 0.5)
-    cars.displacement_y[i] = math.floor(length * sine(cars.heading[i], rules.cosines) + 0.5)
+    ahead_x, ahead_y = ahead_of(cars.heading[i], rules.cosines)
+    cars.displacement_x[i] = math.floor(length * ahead_x + 0.5)
+    cars.displacement_y[i] = math.floor(length * ahead_y + 0.5)
 
 
 @in_kernel
@@ -362,7 +374,7 @@ def _slip(i: int, seed: int, now: int, cars: CarArrays, rules: Rules) -> None:
     wheels = int(cars.wheels[i])
     speed = rules.speeds[wheels & 3]
     if speed == 0.0:
-        if wheels != DRIVEN:
+        if rules.coast > 0.0 and wheels != DRIVEN:
             cars.displacement_x[i] = int(float(cars.displacement_x[i]) * rules.coast)
             cars.displacement_y[i] = int(float(cars.displacement_y[i]) * rules.coast)
         return

@@ -21,7 +21,7 @@ from motorcade.car import frames
 from motorcade.engine import events
 from motorcade.engine.backend import in_kernel
 from motorcade.engine.cells import cell_of, cells_around, cells_between, disturb
-from motorcade.engine.geometry import FAR_UM, cosine, cross, is_shaded, mix, sine
+from motorcade.engine.geometry import FAR_UM, ahead_of, cross, is_shaded, mix
 from motorcade.engine.state import NOBODY, SPARE, Around, Arrays, CarArrays, Floats, Now, Obstacles, Rules, Voices
 from motorcade.words.ticks import elapsed_ms, later_ms, reached
 
@@ -74,9 +74,10 @@ def spread_frame(j: int, low: int, high: int, arrays: Arrays, now: Now) -> None:
     if first[bottom * columns] >= high or first[(top + 1) * columns] <= low:
         return
     # List all cars around it once; those that don't belong there are overwritten, because a processor can't foresee
-    # which these are.
+    # which these are. A few cars that shade nothing aren't listed.
     count, room, inside, body = 0, around.x.shape[1] - SPARE, 0, rules.radius * rules.radius
-    for row in range(bottom, top + 1):
+    is_listed = rules.line_of_sight > 0 or columns > 1
+    for row in range(bottom, top + 1 if is_listed else bottom):
         for i in range(first[row * columns + left], first[row * columns + right + 1]):
             dx, dy = float(cars.x[i]) - x, float(cars.y[i]) - y
             squared = dx * dx + dy * dy
@@ -84,7 +85,7 @@ def spread_frame(j: int, low: int, high: int, arrays: Arrays, now: Now) -> None:
             around.x[share, at], around.y[share, at], around.car[share, at] = dx, dy, i
             count += (squared <= far * far) & (i != j)
             inside += (squared < body) & (i != j)
-    is_listed = count <= room
+    is_listed = is_listed and count <= room
     base = 0
     if not is_listed:
         base = first[bottom * columns]
@@ -93,7 +94,7 @@ def spread_frame(j: int, low: int, high: int, arrays: Arrays, now: Now) -> None:
     for k in range(count, count + SPARE if is_listed else count):
         around.x[share, k], around.y[share, k] = FAR_UM, FAR_UM
     near = cell_of(x, y, arrays.obstacles.frame)
-    ahead_x, ahead_y = cosine(cars.heading[j], rules.cosines), sine(cars.heading[j], rules.cosines)
+    ahead_x, ahead_y = ahead_of(cars.heading[j], rules.cosines)
     for k in range(count):
         i = int(around.car[share, k]) if is_listed else base + k
         dx, dy = float(cars.x[i]) - x, float(cars.y[i]) - y
@@ -145,7 +146,7 @@ def reach(sender: int, receiver: int, world: int, arrays: Arrays) -> int:
     dx, dy = float(cars.x[receiver]) - float(cars.x[sender]), float(cars.y[receiver]) - float(cars.y[sender])
     squared = dx * dx + dy * dy
     distance = math.sqrt(squared)
-    ahead_x, ahead_y = cosine(cars.heading[sender], rules.cosines), sine(cars.heading[sender], rules.cosines)
+    ahead_x, ahead_y = ahead_of(cars.heading[sender], rules.cosines)
     if dx * ahead_x + dy * ahead_y < rules.beam_cos * distance:
         return OUTSIDE_BEAM
     if rules.line_of_sight:

@@ -6,12 +6,14 @@ pushed and steered; without the bit it holds only while the car keeps its displa
 """
 
 from motorcade.car.brain import WORD
-from motorcade.engine import bodies, cells, events, geometry
+from motorcade.engine import bodies, cells, events
 from motorcade.engine.backend import in_kernel
+from motorcade.engine.geometry import FAR_UM
 from motorcade.engine.state import DRIVEN, Arrays, Now
 from motorcade.words.positions import FLOOR_AT
 
-MOST_TICKS = 1000
+# The stored ticks are 15 bits, so what is stored must be less than half of their range ahead.
+MOST_TICKS = 16_000
 _HALF = 0xFFFF
 # The sixteenth bits of both halves.
 _ANYHOW = 0x00010001
@@ -97,15 +99,18 @@ def look_around(i: int, look: float, arrays: Arrays, now: Now) -> tuple[int, flo
         arrays, now: the world and the tick.
 
     Returns:
-        For how many ticks the sensor can't find anything else if the car keeps its displacement; the distance that it
-        measures (µm); and the push of other cars and obstacles on the car, in x and y (µm).
+        For how many ticks it stays so that the sensor finds something up to ``look``, or nothing, if the car keeps its
+        wheels; the distance that it measures (µm); and the push of other cars and obstacles on the car, in x and y
+        (µm).
     """
     cars, rules, world, tick = arrays.cars, arrays.rules, now.world, now.tick
     others, obstacles_too = others_due(cars.clear[i], tick), obstacles_due(cars.clear[i], tick)
     if look > 0.0:
+        # What is beyond the sensor's range isn't found; it measures whole mm.
+        look = min(look, float(rules.ultrasonic_range_mm + 1) * 1000.0)
         others, obstacles_too = True, True
-    gap, restless_gap, obstacle_ticks, obstacle_anyhow = geometry.FAR_UM, geometry.FAR_UM, geometry.FAR_UM, 0.0
-    ticks, seen, distance, push_x, push_y = geometry.FAR_UM, geometry.FAR_UM, geometry.FAR_UM, 0.0, 0.0
+    gap, restless_gap, obstacle_ticks, obstacle_anyhow = FAR_UM, FAR_UM, FAR_UM, 0.0
+    ticks, seen, distance, push_x, push_y = FAR_UM, FAR_UM, FAR_UM, 0.0, 0.0
     if others and rules.collisions:
         gap, restless_gap, push_x, push_y = bodies.others_near(i, world, now.begin, now.end, cars, arrays.cells, rules)
     if (push_x != 0.0 or push_y != 0.0) and int(cars.clear[i]) & 1 == 0:
@@ -125,19 +130,30 @@ def look_around(i: int, look: float, arrays: Arrays, now: Now) -> tuple[int, flo
         cars.clear[i] = for_any_displacement(cars.clear[i], tick + 1) | bodies.PUSHED
     if look > 0.0:
         ahead_ticks, seen = bodies.others_ahead(i, world, look, cars, arrays.cells, rules)
-        ticks = min(ticks, ahead_ticks)
+        if seen <= look < distance:
+            ticks = ahead_ticks
+        elif seen <= look:
+            ticks = max(ticks, ahead_ticks)
+        elif distance > look:
+            ticks = min(ticks, ahead_ticks)
+    _, _, own = bodies.displacement_of(i, cars, rules)
+    # What holds for the fastest car, holds for any displacement.
+    anyhow = pushed | (own > rules.fastest - 1.0)
     if others:
         free = (gap - bodies.ROUNDED_UM) / (2.0 * rules.fastest)
         if pushed == 0:
-            _, _, own = bodies.displacement_of(i, cars, rules)
-            free = (restless_gap - bodies.ROUNDED_UM) / (own + rules.fastest)
+            if anyhow:
+                own = rules.fastest
+            closing = own + rules.fastest
+            free = (restless_gap - bodies.ROUNDED_UM) / closing
             if own > 0.0 and gap < restless_gap:
                 # When one of those that rest sets out, this car is still near enough to be woken, or it looks soon.
-                soon = bodies.REST_UM / (own + rules.fastest) - 1.0
+                soon = bodies.REST_UM / closing - 1.0
                 free = min(free, (gap - bodies.ROUNDED_UM) / own, soon)
-        cars.clear[i] = with_others(cars.clear[i], half(tick + whole_ticks(free), pushed))
+        cars.clear[i] = with_others(cars.clear[i], half(tick + whole_ticks(free), anyhow))
     if obstacles_too:
-        until = half(tick + whole_ticks(obstacle_anyhow if pushed else obstacle_ticks), pushed)
+        anyhow = pushed | bodies.slips(cars.wheels[i], rules)
+        until = half(tick + whole_ticks(obstacle_anyhow if anyhow else obstacle_ticks), anyhow)
         cars.clear[i] = with_obstacles(cars.clear[i], until)
     return whole_ticks(ticks), min(distance, seen), push_x, push_y
 

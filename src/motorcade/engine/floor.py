@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 from motorcade.engine.backend import in_kernel
 from motorcade.engine.bodies import ROUNDED_UM, slips
 from motorcade.engine.clearance import MOST_TICKS, whole_ticks
-from motorcade.engine.geometry import FAR_UM, cosine, sine
+from motorcade.engine.geometry import FAR_UM, ahead_of
 from motorcade.engine.state import DRIVEN, Buffer, CarArrays, Floor, Rules
 from motorcade.errors import MatError, Phrase
 from motorcade.mats import Mat
@@ -63,7 +63,7 @@ def look_down(i: int, cars: CarArrays, floor: Floor, rules: Rules) -> tuple[int,
         Which floor sensors of car ``i`` are over dark (1 left plus 2 right), and how far they can at least move before
         that changes, in µm: however it drives, and straight ahead.
     """
-    ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
+    ahead_x, ahead_y = ahead_of(cars.heading[i], rules.cosines)
     x, y = float(cars.x[i]) + rules.floor_ahead * ahead_x, float(cars.y[i]) + rules.floor_ahead * ahead_y
     aside_x, aside_y = -rules.floor_aside * ahead_y, rules.floor_aside * ahead_x
     left, right, free = outside_um(x, y, aside_x, aside_y, ahead_x, ahead_y, floor)

@@ -50,6 +50,12 @@ def sine(heading: int, cosines: Floats) -> float:
 
 
 @in_kernel
+def ahead_of(heading: int, cosines: Floats) -> tuple[float, float]:
+    """A step of length 1 along a binary angle: its cosine and its sine."""
+    return cosine(heading, cosines), sine(heading, cosines)
+
+
+@in_kernel
 def is_shaded(ax: float, ay: float, bx: float, by: float, x: float, y: float, radius: float) -> bool:
     """Whether a disc about (x, y) touches the line of sight from a to b."""
     along_x, along_y, to_x, to_y, from_x, from_y = bx - ax, by - ay, x - ax, y - ay, x - bx, y - by
@@ -70,21 +76,17 @@ def cross(ax: float, ay: float, bx: float, by: float, x0: float, y0: float, x1: 
 
 
 @in_kernel
-def disc_in_cone(ahead: float, aside: float, radius: float, cone_cos: float, cone_sin: float) -> float:
-    """The distance from the tip of a cone to the surface of a disc that touches it; FAR_UM where it doesn't.
+def disc_to_cone(ahead: float, aside: float, radius: float, cone_cos: float, cone_sin: float) -> tuple[float, float]:
+    """How far the surface of a disc is from the tip of a cone, and how far the disc is outside of the cone.
 
-    The centre of the disc is ``ahead`` along the axis of the cone and ``aside`` of it. Half of the cone's angle, given
-    by its cosine and sine, is below a quarter turn.
+    Either is below 0 where the tip, or a part of the cone, is inside of the disc. The centre of the disc is ``ahead``
+    along the axis of the cone and ``aside`` of it. Half of the cone's angle, given by its cosine and sine, is below a
+    quarter turn.
     """
-    distance = math.sqrt(ahead * ahead + aside * aside)
-    if distance <= radius:
-        return 0.0
-    aside = abs(aside)
+    away, aside = math.sqrt(ahead * ahead + aside * aside) - radius, abs(aside)
     beyond_edge = aside * cone_cos - ahead * cone_sin
     along_edge = ahead * cone_cos + aside * cone_sin
-    if along_edge > 0.0 and beyond_edge <= radius:
-        return distance - radius
-    return FAR_UM
+    return away, min(beyond_edge - radius, away) if along_edge > 0.0 else away
 
 
 @in_kernel

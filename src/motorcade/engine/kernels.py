@@ -24,11 +24,11 @@ from motorcade.engine import (
     clearance,
     events,
     floor,
-    geometry,
     resting,
     showing,
 )
 from motorcade.engine.backend import in_kernel, methods_in_kernel
+from motorcade.engine.geometry import FAR_UM
 from motorcade.engine.judging import Asked, judge, judge_world, next_moment
 from motorcade.engine.state import DRIVEN, MOST_PARTS, NOBODY, Arrays, ForBrain, Ints, Now, Words
 from motorcade.words.flow import FLOOR, OBSTACLE, PERSON
@@ -134,7 +134,7 @@ class CarTurn(NamedTuple):
         A leader that decides may ask for them in words that this tick still brings.
         """
         s, rules, people = self.memory, self.arrays.rules, self.arrays.people
-        obstacle_ms, person_ms, distance, push_x, push_y = _NEVER, _NEVER, geometry.FAR_UM, 0.0, 0.0
+        obstacle_ms, person_ms, distance, push_x, push_y = _NEVER, _NEVER, FAR_UM, 0.0, 0.0
         asked = s[brain.WORD] if _minds_senses(s, self.now.ms, self.levels) else 0
         if self.leads and decisions.decides(self.decisions):
             asked = _SENSES
@@ -142,7 +142,7 @@ class CarTurn(NamedTuple):
             look = float(looks_mm) * 1000.0
             ticks, distance, push_x, push_y = clearance.look_around(self.i, look, self.arrays, self.now)
             obstacle_ms = ticks * rules.tick_ms
-        person, dark, any_um, ahead_um = 0, 0, geometry.FAR_UM, geometry.FAR_UM
+        person, dark, any_um, ahead_um = 0, 0, FAR_UM, FAR_UM
         if people.now_x.shape[1] and asked >> PIR_AT & 1:
             person, free = bodies.person_near(self.i, self.now.part, self.now.ms, self.arrays.cars, people, rules)
             person_ms = clearance.whole_ticks(free) * rules.tick_ms
@@ -165,7 +165,7 @@ class CarTurn(NamedTuple):
             # That time was computed for the wheels that the car had.
             away = 0
         clearance.push(i, senses.push_x, senses.push_y, self.arrays, self.now)
-        if floor_um < geometry.FAR_UM:
+        if floor_um < FAR_UM:
             ticks = floor.ticks_unchanged(cars.wheels[i], floor_um, senses.floor_ahead_um, rules)
             away = min(away, ticks * rules.tick_ms)
         if senses.push_x != 0.0 or senses.push_y != 0.0 or (decides and self.goes_on_next_tick(senses)):
@@ -177,7 +177,7 @@ class CarTurn(NamedTuple):
 
         A leader that decides has looked as far as any word of its image asks for, which may be farther than the state.
         """
-        s, away, floor_um = self.memory, next_wakeup.NEVER_MS, geometry.FAR_UM
+        s, away, floor_um = self.memory, next_wakeup.NEVER_MS, FAR_UM
         word, until, look_mm = s[brain.WORD], decisions.running_until(s), brain.looks_mm(s, self.now.ms, self.levels)
         if until == OBSTACLE:
             look_mm = max(look_mm, self.levels[brain.AVOID_RADII_MM + (word >> UNTIL_LEVEL_AT & 3)])
@@ -186,6 +186,9 @@ class CarTurn(NamedTuple):
             if look_mm < decisions.looks_mm(self.decisions, self.levels):
                 ticks, _, _, _ = clearance.look_around(self.i, float(look_mm) * 1000.0, self.arrays, self.now)
                 away = ticks * self.arrays.rules.tick_ms
+            if senses.obstacle_mm < look_mm:
+                # It may come nearer than the other distance that the state asks for.
+                away = 0
         if until == PERSON or word >> PIR_AT & 1:
             away = min(away, senses.person_ms)
         if until == FLOOR or word >> FLOOR_AT & 1:
