@@ -37,8 +37,10 @@ def begin_words(tick: int, worlds: int, words: Words, arrays: Arrays) -> None:
     ``words`` is in the order of worlds and car numbers. A car whose word is KEEP, and a leader, goes on
     with what it does.
     """
-    cars, rules = arrays.cars, arrays.rules
-    now, per_world = tick * rules.tick_ms & TICKS_MASK, cars.x.shape[0] // worlds
+    cars = arrays.cars
+    rules = arrays.rules
+    now = tick * rules.tick_ms & TICKS_MASK
+    per_world = cars.x.shape[0] // worlds
     for i in range(cars.x.shape[0]):
         world = i // per_world
         begin = world * per_world
@@ -49,7 +51,8 @@ def begin_words(tick: int, worlds: int, words: Words, arrays: Arrays) -> None:
         if s[brain.RUNNING]:
             brain.break_off(s, now, rules.levels)
         if s[brain.TAG] or s[brain.HOLDS] == 0:
-            s[brain.TAG], s[brain.RELAY] = 0, frames.BUSY
+            s[brain.TAG] = 0
+            s[brain.RELAY] = frames.BUSY
         s[brain.HOLDS] = 1
         brain.begin_word(s, word, now)
         wheels = brain.wheels(s, NOTHING, now, rules.levels)
@@ -69,19 +72,25 @@ def read_senses(tick: int, worlds: int, look_mm: int, arrays: Arrays, sensed: In
 
     Its sensors are on whatever its word asks for; the ultrasonic sensor looks ``look_mm`` ahead.
     """
-    cars, people = arrays.cars, arrays.people
-    now, per_world = tick * arrays.rules.tick_ms & TICKS_MASK, cars.x.shape[0] // worlds
+    cars = arrays.cars
+    people = arrays.people
+    now = tick * arrays.rules.tick_ms & TICKS_MASK
+    per_world = cars.x.shape[0] // worlds
     for i in range(cars.x.shape[0]):
         world = i // per_world
         row = sensed[world * per_world + int(cars.number[i])]
         row[OBSTACLE_MM] = _obstacle_ahead_mm(i, world, look_mm, arrays)
-        row[PERSON], row[DARK_FLOOR] = 0, 0
+        row[PERSON] = 0
+        row[DARK_FLOOR] = 0
         if people.now_x.shape[1]:
             row[PERSON], _ = bodies.person_near(i, world, now, cars, people, arrays.rules)
         if arrays.floor.shape[0]:
             row[DARK_FLOOR], _, _ = floor.look_down(i, cars, arrays.floor, arrays.rules)
-        row[WORD], row[STARTED_MS] = cars.memory[brain.WORD, i], cars.memory[brain.STARTED_MS, i]
-        row[X_UM], row[Y_UM], row[HEADING] = cars.x[i], cars.y[i], cars.heading[i]
+        row[WORD] = cars.memory[brain.WORD, i]
+        row[STARTED_MS] = cars.memory[brain.STARTED_MS, i]
+        row[X_UM] = cars.x[i]
+        row[Y_UM] = cars.y[i]
+        row[HEADING] = cars.heading[i]
 
 
 def observe(given_ms: int, range_m: float, given: Words, told: Ints, fields: Ints, sensed: Ints, seen: Singles) -> None:
@@ -96,16 +105,21 @@ def observe(given_ms: int, range_m: float, given: Words, told: Ints, fields: Int
         seen: (cars, 8 + fields): person, dark on the left and on the right, heard, obstacle; the fields; the pose.
     """
     for k in range(sensed.shape[0]):
-        row, line = sensed[k], seen[k]
+        row = sensed[k]
+        line = seen[k]
         if given[k] != KEEP:
             told[0, k], told[1, k] = int(given[k]), given_ms
         heard = told[2, k] if row[WORD] != told[0, k] or row[STARTED_MS] != told[1, k] else 0
-        told[0, k], told[1, k] = row[WORD], row[STARTED_MS]
-        line[0], line[1], line[2] = row[PERSON], row[DARK_FLOOR] & 1, row[DARK_FLOOR] >> 1 & 1
+        told[0, k] = row[WORD]
+        told[1, k] = row[STARTED_MS]
+        line[0] = row[PERSON]
+        line[1] = row[DARK_FLOOR] & 1
+        line[2] = row[DARK_FLOOR] >> 1 & 1
         line[3] = heard
         line[4] = min(float(row[OBSTACLE_MM]) / 1000.0, range_m)
         for field in range(fields.shape[0]):
             line[5 + field] = (row[WORD] >> fields[field, 0] & fields[field, 1]) * heard
         at = 5 + fields.shape[0]
-        line[at], line[at + 1] = float(row[X_UM]) / 1e6, float(row[Y_UM]) / 1e6
+        line[at] = float(row[X_UM]) / 1e6
+        line[at + 1] = float(row[Y_UM]) / 1e6
         line[at + 2] = float(row[HEADING]) * (math.tau / FULL_TURN)

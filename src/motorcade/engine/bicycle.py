@@ -70,12 +70,16 @@ def find(world: int, begin: int, end: int, cars: CarArrays, driven: Driven) -> N
 @in_kernel
 def set_out(arrays: Arrays, now: Now) -> None:
     """Set the displacement of each driven car of a world for a tick, along the heading in the middle of its turn."""
-    cars, driven, rules = arrays.cars, arrays.driven, arrays.rules
+    cars = arrays.cars
+    driven = arrays.driven
+    rules = arrays.rules
     for k in range(driven.shape[1]):
         if driven[WORLD, k] != now.world:
             continue
         i = int(driven[PLACE, k])
-        ahead, aside, turn = float(driven[AHEAD, k]), float(driven[ASIDE, k]), float(driven[TURN, k])
+        ahead = float(driven[AHEAD, k])
+        aside = float(driven[ASIDE, k])
+        turn = float(driven[TURN, k])
         if rules.wheel_noise > 0.0 and ahead != 0.0:
             bits = mix(now.seed, cars.number[i], now.ms // NOISE_MS)
             left = 1.0 + rules.wheel_noise * rules.normals[bits & 1023]
@@ -111,7 +115,8 @@ def give_back(i: int, tick: int, cars: CarArrays, rules: Rules) -> None:
     """
     now = tick * rules.tick_ms & TICKS_MASK
     last = later_ms(now, -rules.tick_ms)
-    cars.displacement_x[i], cars.displacement_y[i] = 0, 0
+    cars.displacement_x[i] = 0
+    cars.displacement_y[i] = 0
     bodies.set_displacement(i, brain.wheels(cars.memory[:, i], NOTHING, last, rules.levels), cars, rules)
     cars.due[i] = now
     for j in range(cars.x.shape[0]):
@@ -121,7 +126,8 @@ def give_back(i: int, tick: int, cars: CarArrays, rules: Rules) -> None:
 @in_kernel
 def shown_wheels(ahead: float, aside: float, speeds: Floats) -> int:
     """The wheels that a driven car shows: DRIVEN and the lowest level that is at least as fast as it is."""
-    speed, level = math.sqrt(ahead * ahead + aside * aside) / _STEPS, 0
+    speed = math.sqrt(ahead * ahead + aside * aside) / _STEPS
+    level = 0
     while level < speeds.shape[0] and speeds[level] < speed:
         level += 1
     return DRIVEN + level

@@ -86,27 +86,35 @@ def others_near(
         How far away the nearest is, at least (µm), and the nearest that doesn't rest; and the push, in x and y, of all
         cars that touch it.
     """
-    x, y = float(cars.x[i]), float(cars.y[i])
-    near, touch, far = rules.contact + rules.beyond, rules.contact * rules.contact, FAR_UM * FAR_UM
+    x = float(cars.x[i])
+    y = float(cars.y[i])
+    near = rules.contact + rules.beyond
+    touch = rules.contact * rules.contact
+    far = FAR_UM * FAR_UM
     rest = (rules.contact + REST_UM) * (rules.contact + REST_UM) if rules.wheel_noise == 0.0 else 0.0
     first = cells.first[world]
     left, right, bottom, top, columns = cells_around(x, y, near + rules.drift, cells.frame[world])
     # The nearest alone say for how long none can touch: no root, no division and no branch for each car.
-    nearest, restless = near * near, near * near
+    nearest = near * near
+    restless = near * near
     for row in range(bottom, top + 1):
-        low, high = first[row * columns + left], first[row * columns + right + 1]
+        low = first[row * columns + left]
+        high = first[row * columns + right + 1]
         may_rest = rest if (low >= begin) & (high <= end) else 0.0
         for j in range(low, high):
-            dx, dy = float(cars.x[j]) - x, float(cars.y[j]) - y
+            dx = float(cars.x[j]) - x
+            dy = float(cars.y[j]) - y
             squared = dx * dx + dy * dy if j != i else far
             moves = int(cars.displacement_x[j]) | int(cars.displacement_y[j]) | int(cars.clear[j]) & PUSHED
             nearest = min(nearest, squared)
             restless = min(restless, far if (moves == 0) & (squared < may_rest) else squared)
-    push_x, push_y = 0.0, 0.0
+    push_x = 0.0
+    push_y = 0.0
     if nearest < touch:
         for row in range(bottom, top + 1):
             for j in range(first[row * columns + left], first[row * columns + right + 1]):
-                dx, dy = float(cars.x[j]) - x, float(cars.y[j]) - y
+                dx = float(cars.x[j]) - x
+                dy = float(cars.y[j]) - y
                 squared = dx * dx + dy * dy
                 if squared < touch and j != i:
                     distance = math.sqrt(squared)
@@ -128,25 +136,31 @@ def others_ahead(i: int, world: int, look: float, cars: CarArrays, cells: Cells,
         For how many ticks it stays so that the sensor finds a car, or that it finds none, if this car keeps its wheels;
         and the distance from its front to the nearest car in the cone, within ``look`` or little beyond (FAR_UM: none).
     """
-    x, y = float(cars.x[i]), float(cars.y[i])
+    x = float(cars.x[i])
+    y = float(cars.y[i])
     ahead_x, ahead_y = ahead_of(cars.heading[i], rules.cosines)
     near = rules.contact + look + LOOK_BEYOND_UM
     far = near * near
     _, _, own = displacement_of(i, cars, rules)
-    gap, obstacle, nearest = LOOK_BEYOND_UM, FAR_UM, far
+    gap = LOOK_BEYOND_UM
+    obstacle = FAR_UM
+    nearest = far
     first = cells.first[world]
     left, right, bottom, top, columns = cells_around(x, y, near + rules.drift, cells.frame[world])
     for row in range(bottom, top + 1):
         # Without branches, several cars at an instruction.
         for j in range(first[row * columns + left], first[row * columns + right + 1]):
-            dx, dy = float(cars.x[j]) - x, float(cars.y[j]) - y
+            dx = float(cars.x[j]) - x
+            dy = float(cars.y[j]) - y
             squared = dx * dx + dy * dy if j != i else far
             nearest = min(nearest, squared)
-            ahead, aside = dx * ahead_x + dy * ahead_y - rules.radius, dy * ahead_x - dx * ahead_y
+            ahead = dx * ahead_x + dy * ahead_y - rules.radius
+            aside = dy * ahead_x - dx * ahead_y
             away, beside = disc_to_cone(ahead, aside, rules.radius, rules.cone_cos, rules.cone_sin)
             gap = min(gap, max(away - look, beside) if squared < far else FAR_UM)
             obstacle = min(obstacle, max(away, 0.0) if (squared < far) & (beside <= 0.0) else FAR_UM)
-    way, spin = own + rules.fastest, spin_of(i, cars, rules)
+    way = own + rules.fastest
+    spin = spin_of(i, cars, rules)
     if gap < 0.0:
         # Whatever comes besides, it is seen until it has left the cone or the range.
         return (-gap - ROUNDED_UM) / (way + (rules.contact + look) * spin), obstacle
@@ -172,12 +186,22 @@ def obstacles_near(
     around = rules.radius + look
     near = around + LOOK_BEYOND_UM
     # To a car that stands nothing here changes.
-    ticks, obstacle, away_x, away_y = (LOOK_BEYOND_UM - ROUNDED_UM) / own if own > 0.0 else FAR_UM, FAR_UM, 0.0, 0.0
-    sees, stays, spin = ticks, 0.0, spin_of(i, cars, rules)
-    touched, pressed, along_x, along_y = 0, 0, push_x, push_y
+    ticks = (LOOK_BEYOND_UM - ROUNDED_UM) / own if own > 0.0 else FAR_UM
+    obstacle = FAR_UM
+    away_x = 0.0
+    away_y = 0.0
+    sees = ticks
+    stays = 0.0
+    spin = spin_of(i, cars, rules)
+    touched = 0
+    pressed = 0
+    along_x = push_x
+    along_y = push_y
     gap = LOOK_BEYOND_UM
-    x, y = float(cars.x[i]), float(cars.y[i])
-    cell, segments = cell_of(x, y, obstacles.frame), obstacles.segments.shape[0]
+    x = float(cars.x[i])
+    y = float(cars.y[i])
+    cell = cell_of(x, y, obstacles.frame)
+    segments = obstacles.segments.shape[0]
     for k in range(obstacles.first[cell], obstacles.first[cell + 1]):
         if obstacles.away[k] >= near:
             break
@@ -186,10 +210,13 @@ def obstacles_near(
         if item < segments:
             wall = obstacles.segments[item]
             near_x, near_y = nearest_of_segment(x, y, wall[0], wall[1], wall[2], wall[3])
-            dx, dy = near_x - x, near_y - y
+            dx = near_x - x
+            dy = near_y - y
         else:
             disc = obstacles.discs[item - segments]
-            dx, dy, thick = disc[0] - x, disc[1] - y, disc[2]
+            dx = disc[0] - x
+            dy = disc[1] - y
+            thick = disc[2]
         squared = dx * dx + dy * dy
         if squared >= (near + thick) * (near + thick):
             continue
@@ -222,7 +249,8 @@ def obstacles_near(
             into = (push_x * dx + push_y * dy) / squared
             if into > 0.0:
                 pressed = 1
-                along_x, along_y = push_x - into * dx, push_y - into * dy
+                along_x = push_x - into * dx
+                along_y = push_y - into * dy
     if pressed:
         push_x, push_y = (along_x, along_y) if touched == 1 else (0.0, 0.0)
     push_x, push_y = math.floor(push_x + 0.5) + away_x, math.floor(push_y + 0.5) + away_y
@@ -244,11 +272,15 @@ def _obstacle_in_cone(
     ahead_x, ahead_y = ahead_of(cars.heading[i], rules.cosines)
     front_x = float(cars.x[i]) + (rules.radius - back) * ahead_x
     front_y = float(cars.y[i]) + (rules.radius - back) * ahead_y
-    segments, thick = obstacles.segments.shape[0], 0.0
+    segments = obstacles.segments.shape[0]
+    thick = 0.0
     if item >= segments:
         disc = obstacles.discs[item - segments]
-        dx, dy, thick = disc[0] - front_x, disc[1] - front_y, disc[2]
-        ahead, aside = dx * ahead_x + dy * ahead_y, dy * ahead_x - dx * ahead_y
+        dx = disc[0] - front_x
+        dy = disc[1] - front_y
+        thick = disc[2]
+        ahead = dx * ahead_x + dy * ahead_y
+        aside = dy * ahead_x - dx * ahead_y
         away, beside = disc_to_cone(ahead, aside, thick, rules.cone_cos, rules.cone_sin)
         distance = max(away, 0.0) if beside <= 0.0 else FAR_UM
     else:
@@ -284,7 +316,8 @@ def set_push(i: int, push_x: float, push_y: float, cars: CarArrays, rules: Rules
 def whole_push(i: int, push_x: float, push_y: float, cars: CarArrays, rules: Rules) -> tuple[int, int]:
     """The push in whole µm, limited so that the car goes no further than the fastest car drives."""
     displacement_x, displacement_y, _ = displacement_of(i, cars, rules)
-    sum_x, sum_y = displacement_x + push_x, displacement_y + push_y
+    sum_x = displacement_x + push_x
+    sum_y = displacement_y + push_y
     length = math.sqrt(sum_x * sum_x + sum_y * sum_y)
     if length > rules.fastest:
         push_x = sum_x * rules.fastest / length - displacement_x
@@ -295,7 +328,8 @@ def whole_push(i: int, push_x: float, push_y: float, cars: CarArrays, rules: Rul
 @in_kernel
 def person_at(k: int, now: int, people: People) -> tuple[float, float]:
     """The place of person ``k``: on the straight line between two points of the path."""
-    first, last = people.first[k], people.first[k + 1] - 1
+    first = people.first[k]
+    last = people.first[k + 1] - 1
     at = now
     if people.repeats[k] and people.at_ms[last] > 0:
         at = now % people.at_ms[last]
@@ -317,13 +351,17 @@ def person_near(i: int, part: int, now: int, cars: CarArrays, people: People, ru
         people.walked_ms[part] = now
         for k in range(people.now_x.shape[1]):
             people.now_x[part, k], people.now_y[part, k] = person_at(k, now, people)
-    x, y = float(cars.x[i]), float(cars.y[i])
+    x = float(cars.x[i])
+    y = float(cars.y[i])
     ahead_x, ahead_y = ahead_of(cars.heading[i], rules.cosines)
     reach = rules.pir_range * rules.pir_range
-    ticks, sensed, walk = FAR_UM, 0, rules.person_step + rules.fastest
+    ticks = FAR_UM
+    sensed = 0
+    walk = rules.person_step + rules.fastest
     spin = spin_of(i, cars, rules)
     for k in range(people.now_x.shape[1]):
-        dx, dy = people.now_x[part, k] - x, people.now_y[part, k] - y
+        dx = people.now_x[part, k] - x
+        dy = people.now_y[part, k] - y
         squared = dx * dx + dy * dy
         distance = math.sqrt(squared)
         ticks = min(ticks, (abs(distance - rules.pir_range) - ROUNDED_UM) / walk)

@@ -45,7 +45,8 @@ def cells_between(
     low_x: float, low_y: float, high_x: float, high_y: float, wide: float, frame: Floats
 ) -> tuple[int, int, int, int, int]:
     """The columns and rows of cells within ``wide`` of a rectangle (left, right, bottom, top), and how many columns."""
-    columns, rows = int(frame[COLUMNS]), int(frame[ROWS])
+    columns = int(frame[COLUMNS])
+    rows = int(frame[ROWS])
     left = cell_at(low_x - wide, frame[ORIGIN_X], frame[PER_UM], columns)
     right = cell_at(high_x + wide, frame[ORIGIN_X], frame[PER_UM], columns)
     bottom = cell_at(low_y - wide, frame[ORIGIN_Y], frame[PER_UM], rows)
@@ -56,12 +57,15 @@ def cells_between(
 @in_kernel
 def fit(world: int, begin: int, end: int, cars: CarArrays, cells: Cells, side: float) -> None:
     """Divide the rectangle around the cars of a world into cells ``side`` wide (µm); wider if there are too many."""
-    low_x, high_x = cars.x[begin], cars.x[begin]
-    low_y, high_y = cars.y[begin], cars.y[begin]
+    low_x = cars.x[begin]
+    high_x = cars.x[begin]
+    low_y = cars.y[begin]
+    high_y = cars.y[begin]
     for i in range(begin + 1, end):
         low_x, high_x = min(low_x, cars.x[i]), max(high_x, cars.x[i])
         low_y, high_y = min(low_y, cars.y[i]), max(high_y, cars.y[i])
-    width, height = float(high_x) - float(low_x), float(high_y) - float(low_y)
+    width = float(high_x) - float(low_x)
+    height = float(high_y) - float(low_y)
     most = cells.first.shape[1] - 1
     columns = math.floor(width / side) + 1
     rows = math.floor(height / side) + 1
@@ -122,7 +126,8 @@ def wake_all(begin: int, end: int, share: int, arrays: Arrays) -> None:
 @in_kernel
 def disturb(i: int, arrays: Arrays, now: Now) -> None:
     """Let the group of car ``i``, which may be due sooner than was known, find out anew for how long it rests."""
-    wakes, group = arrays.around.wakes, (i - now.begin) // GROUP
+    wakes = arrays.around.wakes
+    group = (i - now.begin) // GROUP
     if wakes[now.share, group] > now.tick + 1:
         wakes[now.share, group] = 0
 
@@ -169,8 +174,12 @@ def clear_push(low: int, high: int, cars: CarArrays) -> None:
 @in_kernel
 def _each_near(reach: float, fills: bool, obstacles: Obstacles) -> None:
     """Count what is near each cell in ``first[cell + 1]``, or put it at ``first[cell]``, which moves on."""
-    frame, first, segments = obstacles.frame, obstacles.first, obstacles.segments.shape[0]
-    left, bottom, columns = float(frame[ORIGIN_X]), float(frame[ORIGIN_Y]), int(frame[COLUMNS])
+    frame = obstacles.frame
+    first = obstacles.first
+    segments = obstacles.segments.shape[0]
+    left = float(frame[ORIGIN_X])
+    bottom = float(frame[ORIGIN_Y])
+    columns = int(frame[COLUMNS])
     per_um = float(frame[PER_UM])
     side = 1.0 / max(per_um, _LEAST_PER_UM)
     margin = side * _HALF_DIAGONAL + _ROUNDING_UM
@@ -178,10 +187,18 @@ def _each_near(reach: float, fills: bool, obstacles: Obstacles) -> None:
         # A disc is a wall from its middle to its middle, with a radius.
         if item < segments:
             wall = obstacles.segments[item]
-            x0, y0, x1, y1, radius = float(wall[0]), float(wall[1]), float(wall[2]), float(wall[3]), 0.0
+            x0 = float(wall[0])
+            y0 = float(wall[1])
+            x1 = float(wall[2])
+            y1 = float(wall[3])
+            radius = 0.0
         else:
             disc = obstacles.discs[item - segments]
-            x0, y0, x1, y1, radius = float(disc[0]), float(disc[1]), float(disc[0]), float(disc[1]), float(disc[2])
+            x0 = float(disc[0])
+            y0 = float(disc[1])
+            x1 = float(disc[0])
+            y1 = float(disc[1])
+            radius = float(disc[2])
         near = radius + reach
         first_column = math.floor((min(x0, x1) - near - left) * per_um)
         last_column = math.floor((max(x0, x1) + near - left) * per_um)
@@ -212,7 +229,8 @@ def count_walls(reach: float, obstacles: Obstacles) -> None:
 
     Its last number is then how many items all lists have.
     """
-    first, cells = obstacles.first, int(obstacles.frame[COLUMNS]) * int(obstacles.frame[ROWS])
+    first = obstacles.first
+    cells = int(obstacles.frame[COLUMNS]) * int(obstacles.frame[ROWS])
     for cell in range(cells + 1):
         first[cell] = 0
     _each_near(reach, False, obstacles)
@@ -222,7 +240,9 @@ def count_walls(reach: float, obstacles: Obstacles) -> None:
 
 def list_walls(reach: float, obstacles: Obstacles) -> None:
     """List the walls and obstacles within ``reach`` of each cell, after ``count_walls``: fill items and away."""
-    first, items, away = obstacles.first, obstacles.items, obstacles.away
+    first = obstacles.first
+    items = obstacles.items
+    away = obstacles.away
     cells = int(obstacles.frame[COLUMNS]) * int(obstacles.frame[ROWS])
     _each_near(reach, True, obstacles)
     for cell in range(cells, 0, -1):
@@ -231,8 +251,11 @@ def list_walls(reach: float, obstacles: Obstacles) -> None:
     for cell in range(cells):
         # Lists are short.
         for k in range(first[cell] + 1, first[cell + 1]):
-            item, near, at = items[k], away[k], k
+            item = items[k]
+            near = away[k]
+            at = k
             while at > first[cell] and away[at - 1] > near:
                 items[at], away[at] = items[at - 1], away[at - 1]
                 at -= 1
-            items[at], away[at] = item, near
+            items[at] = item
+            away[at] = near

@@ -51,7 +51,8 @@ def free_in_ms(i: int, now: int, cars: CarArrays) -> int:
 @in_kernel
 def begin_frame(i: int, frame: int, arrays: Arrays, now: Now) -> None:
     """Let car ``i`` begin a frame, which ``heard`` then holds; a frame that the car was receiving is lost."""
-    cars, counters = arrays.cars, arrays.counters
+    cars = arrays.cars
+    counters = arrays.counters
     if cars.heard_from[i] != NOBODY:
         events.record_loss(
             counters, now.part, now.ms, cars.number[i], events.SENDING, cars.heard[i], cars.heard_from[i]
@@ -65,24 +66,35 @@ def begin_frame(i: int, frame: int, arrays: Arrays, now: Now) -> None:
 @in_kernel
 def spread_frame(j: int, low: int, high: int, arrays: Arrays, now: Now) -> None:
     """Let the frame that car ``j`` has begun reach the receivers at the indices ``low`` to ``high`` - 1."""
-    cars, rules, around, share = arrays.cars, arrays.rules, arrays.around, now.share
-    x, y = float(cars.x[j]), float(cars.y[j])
+    cars = arrays.cars
+    rules = arrays.rules
+    around = arrays.around
+    share = now.share
+    x = float(cars.x[j])
+    y = float(cars.y[j])
     far = rules.range + rules.radius + 1.0
     wide = far + rules.drift
-    frame, first = arrays.cells.frame[now.world], arrays.cells.first[now.world]
+    frame = arrays.cells.frame[now.world]
+    first = arrays.cells.first[now.world]
     left, right, bottom, top, columns = cells_around(x, y, wide, frame)
     if first[bottom * columns] >= high or first[(top + 1) * columns] <= low:
         return
     # List all cars around it once; those that don't belong there are overwritten, because a processor can't foresee
     # which these are. A few cars that shade nothing aren't listed.
-    count, room, inside, body = 0, around.x.shape[1] - SPARE, 0, rules.radius * rules.radius
+    count = 0
+    room = around.x.shape[1] - SPARE
+    inside = 0
+    body = rules.radius * rules.radius
     is_listed = rules.line_of_sight > 0 or columns > 1
     for row in range(bottom, top + 1 if is_listed else bottom):
         for i in range(first[row * columns + left], first[row * columns + right + 1]):
-            dx, dy = float(cars.x[i]) - x, float(cars.y[i]) - y
+            dx = float(cars.x[i]) - x
+            dy = float(cars.y[i]) - y
             squared = dx * dx + dy * dy
             at = min(count, room)
-            around.x[share, at], around.y[share, at], around.car[share, at] = dx, dy, i
+            around.x[share, at] = dx
+            around.y[share, at] = dy
+            around.car[share, at] = i
             count += (squared <= far * far) & (i != j)
             inside += (squared < body) & (i != j)
     is_listed = is_listed and count <= room
@@ -92,12 +104,14 @@ def spread_frame(j: int, low: int, high: int, arrays: Arrays, now: Now) -> None:
         count = first[(top + 1) * columns] - base
     # The bodies are tested several at once, so their number is a multiple of that.
     for k in range(count, count + SPARE if is_listed else count):
-        around.x[share, k], around.y[share, k] = FAR_UM, FAR_UM
+        around.x[share, k] = FAR_UM
+        around.y[share, k] = FAR_UM
     near = cell_of(x, y, arrays.obstacles.frame)
     ahead_x, ahead_y = ahead_of(cars.heading[j], rules.cosines)
     for k in range(count):
         i = int(around.car[share, k]) if is_listed else base + k
-        dx, dy = float(cars.x[i]) - x, float(cars.y[i]) - y
+        dx = float(cars.x[i]) - x
+        dy = float(cars.y[i]) - y
         squared = dx * dx + dy * dy
         if squared > rules.range * rules.range or i < low or i >= high or i == j:
             continue
@@ -128,9 +142,12 @@ def _is_hidden_by_listed(
     # The other car shades itself.
     shades = 0
     for k in range((count + SPARE - 1) // SPARE * SPARE):
-        to_x, to_y = around.x[share, k], around.y[share, k]
-        from_x, from_y = to_x - dx, to_y - dy
-        aside, dot = to_x * dy - to_y * dx, to_x * dx + to_y * dy
+        to_x = around.x[share, k]
+        to_y = around.y[share, k]
+        from_x = to_x - dx
+        from_y = to_y - dy
+        aside = to_x * dy - to_y * dx
+        dot = to_x * dx + to_y * dy
         between = (dot > 0.0) & (dot < squared) & (aside * aside < body * squared)
         shades += between | (from_x * from_x + from_y * from_y < body)
     return shades > 1
@@ -142,16 +159,20 @@ def reach(sender: int, receiver: int, world: int, arrays: Arrays) -> int:
 
     It is TOO_FAR where nothing but the distance prevents it. Cars are numbered by their place in ``arrays``.
     """
-    cars, rules = arrays.cars, arrays.rules
-    dx, dy = float(cars.x[receiver]) - float(cars.x[sender]), float(cars.y[receiver]) - float(cars.y[sender])
+    cars = arrays.cars
+    rules = arrays.rules
+    dx = float(cars.x[receiver]) - float(cars.x[sender])
+    dy = float(cars.y[receiver]) - float(cars.y[sender])
     squared = dx * dx + dy * dy
     distance = math.sqrt(squared)
     ahead_x, ahead_y = ahead_of(cars.heading[sender], rules.cosines)
     if dx * ahead_x + dy * ahead_y < rules.beam_cos * distance:
         return OUTSIDE_BEAM
     if rules.line_of_sight:
-        ax, ay = float(cars.x[sender]), float(cars.y[sender])
-        bx, by = float(cars.x[receiver]), float(cars.y[receiver])
+        ax = float(cars.x[sender])
+        ay = float(cars.y[sender])
+        bx = float(cars.x[receiver])
+        by = float(cars.y[receiver])
         cell = cell_of(ax, ay, arrays.obstacles.frame)
         if _is_hidden(ax, ay, bx, by, distance, cell, arrays.obstacles):
             return HIDDEN
@@ -163,11 +184,14 @@ def reach(sender: int, receiver: int, world: int, arrays: Arrays) -> int:
 @in_kernel
 def _arrive(i: int, j: int, distance: int, arrays: Arrays, now: Now) -> None:
     """A frame of car ``j`` begins to reach car ``i``."""
-    cars, counters, capture = arrays.cars, arrays.counters, arrays.rules.capture
+    cars = arrays.cars
+    counters = arrays.counters
+    capture = arrays.rules.capture
     loudest = int(cars.loudest[i])
     is_free = reached(now.ms, cars.air_until[i])
     is_covered = is_free == 0 and not _is_louder(distance, loudest, capture)
-    number, sender = cars.number[i], cars.number[j]
+    number = cars.number[i]
+    sender = cars.number[j]
     if cars.program[i] != 0:
         # A leader receives no frames; it only finds that the air is busy.
         pass
@@ -202,10 +226,15 @@ def _is_louder(distance: int, other: int, capture: float) -> bool:
 @in_kernel
 def _is_hidden_by_cars(i: int, j: int, world: int, arrays: Arrays) -> bool:
     """Whether a car blocks the line of sight between cars ``j`` and ``i``."""
-    cars, cells, rules = arrays.cars, arrays.cells, arrays.rules
-    ax, ay = float(cars.x[j]), float(cars.y[j])
-    bx, by = float(cars.x[i]), float(cars.y[i])
-    first, wide = cells.first[world], rules.radius + rules.drift
+    cars = arrays.cars
+    cells = arrays.cells
+    rules = arrays.rules
+    ax = float(cars.x[j])
+    ay = float(cars.y[j])
+    bx = float(cars.x[i])
+    by = float(cars.y[i])
+    first = cells.first[world]
+    wide = rules.radius + rules.drift
     left, right, bottom, top, columns = cells_between(
         min(ax, bx), min(ay, by), max(ax, bx), max(ay, by), wide, cells.frame[world]
     )
@@ -244,7 +273,8 @@ def received(i: int, seed: int, now: int, cars: CarArrays, flips: Floats) -> int
     count = 0
     while count < 32 and chance >= flips[count]:
         count += 1
-    draws, left = 0, count
+    draws = 0
+    left = count
     flipped = 0
     while left > 0:
         draws += 1
@@ -258,7 +288,8 @@ def received(i: int, seed: int, now: int, cars: CarArrays, flips: Floats) -> int
 @in_kernel
 def voices_until(at_ms: int, voices: Voices) -> int:
     """How many of the mat's voices are spoken at ``at_ms`` or before."""
-    low, high = 0, voices.at_ms.shape[0]
+    low = 0
+    high = voices.at_ms.shape[0]
     while low < high:
         middle = (low + high) // 2
         if voices.at_ms[middle] <= at_ms:
@@ -271,9 +302,12 @@ def voices_until(at_ms: int, voices: Voices) -> int:
 @in_kernel
 def voice_at(i: int, arrays: Arrays, now: Now) -> int:
     """The last word that car ``i`` hears in this tick, NO_VOICE for none."""
-    cars, voices, word = arrays.cars, arrays.voices, now.said
+    cars = arrays.cars
+    voices = arrays.voices
+    word = now.said
     for k in range(now.first_voice, now.last_voice):
-        dx, dy = float(cars.x[i]) - voices.x[k], float(cars.y[i]) - voices.y[k]
+        dx = float(cars.x[i]) - voices.x[k]
+        dy = float(cars.y[i]) - voices.y[k]
         if dx * dx + dy * dy <= voices.radius[k] * voices.radius[k]:
             word = voices.word[k]
     return word

@@ -74,7 +74,8 @@ def is_due(clear: int, tick: int) -> bool:
 @in_kernel
 def ticks_clear(clear: int, tick: int) -> int:
     """For how many ticks from this one on nothing can be near; 0 or less where something may be near by now."""
-    others, obstacles = (int(clear) >> 17) - tick - 1, (int(clear) >> 1) - tick - 1
+    others = (int(clear) >> 17) - tick - 1
+    obstacles = (int(clear) >> 1) - tick - 1
     return min(_signed(others), _signed(obstacles)) + 1
 
 
@@ -103,14 +104,26 @@ def look_around(i: int, look: float, arrays: Arrays, now: Now) -> tuple[int, flo
         wheels; the distance that it measures (µm); and the push of other cars and obstacles on the car, in x and y
         (µm).
     """
-    cars, rules, world, tick = arrays.cars, arrays.rules, now.world, now.tick
-    others, obstacles_too = others_due(cars.clear[i], tick), obstacles_due(cars.clear[i], tick)
+    cars = arrays.cars
+    rules = arrays.rules
+    world = now.world
+    tick = now.tick
+    others = others_due(cars.clear[i], tick)
+    obstacles_too = obstacles_due(cars.clear[i], tick)
     if look > 0.0:
         # What is beyond the sensor's range isn't found; it measures whole mm.
         look = min(look, float(rules.ultrasonic_range_mm + 1) * 1000.0)
-        others, obstacles_too = True, True
-    gap, restless_gap, obstacle_ticks, obstacle_anyhow = FAR_UM, FAR_UM, FAR_UM, 0.0
-    ticks, seen, distance, push_x, push_y = FAR_UM, FAR_UM, FAR_UM, 0.0, 0.0
+        others = True
+        obstacles_too = True
+    gap = FAR_UM
+    restless_gap = FAR_UM
+    obstacle_ticks = FAR_UM
+    obstacle_anyhow = 0.0
+    ticks = FAR_UM
+    seen = FAR_UM
+    distance = FAR_UM
+    push_x = 0.0
+    push_y = 0.0
     if others and rules.collisions:
         gap, restless_gap, push_x, push_y = bodies.others_near(i, world, now.begin, now.end, cars, arrays.cells, rules)
     if (push_x != 0.0 or push_y != 0.0) and int(cars.clear[i]) & 1 == 0:
@@ -161,7 +174,8 @@ def look_around(i: int, look: float, arrays: Arrays, now: Now) -> tuple[int, flo
 @in_kernel
 def wake_near(i: int, arrays: Arrays, now: Now) -> None:
     """Let the cars that count on it that car ``i`` stands look for others in the next tick, because it sets out."""
-    cars, rules = arrays.cars, arrays.rules
+    cars = arrays.cars
+    rules = arrays.rules
     if rules.collisions == 0:
         return
     x, y, near, first = (
@@ -172,9 +186,11 @@ def wake_near(i: int, arrays: Arrays, now: Now) -> None:
     )
     left, right, bottom, top, columns = cells.cells_around(x, y, near + rules.drift, arrays.cells.frame[now.world])
     for row in range(bottom, top + 1):
-        low, high = first[row * columns + left], first[row * columns + right + 1]
+        low = first[row * columns + left]
+        high = first[row * columns + right + 1]
         for j in range(max(low, now.begin), min(high, now.end)):
-            dx, dy = float(cars.x[j]) - x, float(cars.y[j]) - y
+            dx = float(cars.x[j]) - x
+            dy = float(cars.y[j]) - y
             if dx * dx + dy * dy < near * near and not others_due(cars.clear[j], now.tick + 1):
                 cars.clear[j] = with_others(cars.clear[j], half(now.tick + 1, 0))
                 cells.disturb(j, arrays, now)
@@ -183,7 +199,8 @@ def wake_near(i: int, arrays: Arrays, now: Now) -> None:
 @in_kernel
 def set_wheels(i: int, wheels: int, arrays: Arrays, now: Now) -> bool:
     """Set the wheels of car ``i`` unless somebody drives it; return whether they are others than before."""
-    cars, rules = arrays.cars, arrays.rules
+    cars = arrays.cars
+    rules = arrays.rules
     if wheels == cars.wheels[i] or cars.wheels[i] == DRIVEN:
         return False
     stood = bodies.stands(i, cars, rules)
@@ -200,8 +217,10 @@ def is_stuck(i: int, tick: int, arrays: Arrays) -> bool:
 
     It looks only where something may be near: elsewhere nothing pushes the car.
     """
-    cars, rules = arrays.cars, arrays.rules
-    push_x, push_y = 0.0, 0.0
+    cars = arrays.cars
+    rules = arrays.rules
+    push_x = 0.0
+    push_y = 0.0
     if rules.collisions and others_due(cars.clear[i], tick):
         _, _, push_x, push_y = bodies.others_near(i, 0, 0, 0, cars, arrays.cells, rules)
     if obstacles_due(cars.clear[i], tick) or push_x != 0.0 or push_y != 0.0:

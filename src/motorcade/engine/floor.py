@@ -64,8 +64,10 @@ def look_down(i: int, cars: CarArrays, floor: Floor, rules: Rules) -> tuple[int,
         that changes, in µm: however it drives, and straight ahead.
     """
     ahead_x, ahead_y = ahead_of(cars.heading[i], rules.cosines)
-    x, y = float(cars.x[i]) + rules.floor_ahead * ahead_x, float(cars.y[i]) + rules.floor_ahead * ahead_y
-    aside_x, aside_y = -rules.floor_aside * ahead_y, rules.floor_aside * ahead_x
+    x = float(cars.x[i]) + rules.floor_ahead * ahead_x
+    y = float(cars.y[i]) + rules.floor_ahead * ahead_y
+    aside_x = -rules.floor_aside * ahead_y
+    aside_y = rules.floor_aside * ahead_x
     left, right, free = outside_um(x, y, aside_x, aside_y, ahead_x, ahead_y, floor)
     return int(left <= 0.0) + 2 * int(right <= 0.0), min(abs(left), abs(right)), free
 
@@ -73,7 +75,8 @@ def look_down(i: int, cars: CarArrays, floor: Floor, rules: Rules) -> tuple[int,
 @in_kernel
 def ticks_unchanged(wheels: int, any_um: float, ahead_um: float, rules: Rules) -> int:
     """For how many ticks the floor sensors of a car with ``wheels`` see the same, unless something pushes the car."""
-    length, turn = rules.speeds[wheels & 3], abs(float(rules.turns[wheels]))
+    length = rules.speeds[wheels & 3]
+    turn = abs(float(rules.turns[wheels]))
     if wheels == DRIVEN or slips(wheels, rules):
         return whole_ticks((any_um - ROUNDED_UM) / rules.floor_step)
     if turn > 0.0:
@@ -96,18 +99,27 @@ def outside_um(
     row = math.floor((y - floor[ORIGIN_Y]) * floor[PER_UM])
     if column < 0.0 or row < 0.0 or column >= floor[COLUMNS] or row >= floor[ROWS]:
         return MARGIN_UM, MARGIN_UM, MARGIN_UM
-    left_x, left_y = float(math.floor(x + aside_x + 0.5)), float(math.floor(y + aside_y + 0.5))
-    right_x, right_y = float(math.floor(x - aside_x + 0.5)), float(math.floor(y - aside_y + 0.5))
-    left, left_ahead, right, right_ahead = MARGIN_UM, MARGIN_UM, MARGIN_UM, MARGIN_UM
+    left_x = float(math.floor(x + aside_x + 0.5))
+    left_y = float(math.floor(y + aside_y + 0.5))
+    right_x = float(math.floor(x - aside_x + 0.5))
+    right_y = float(math.floor(y - aside_y + 0.5))
+    left = MARGIN_UM
+    left_ahead = MARGIN_UM
+    right = MARGIN_UM
+    right_ahead = MARGIN_UM
     aside = math.sqrt(aside_x * aside_x + aside_y * aside_y) + ROUNDED_UM
     reach = MARGIN_UM + aside
     cell = CELLS + int(row) * int(floor[COLUMNS]) + int(column)
     for listed in range(int(floor[cell]), int(floor[cell + 1])):
         mark = int(floor[listed])
-        to_x, to_y, far = x - floor[mark + _X], y - floor[mark + _Y], floor[mark + _AROUND] + reach
+        to_x = x - floor[mark + _X]
+        to_y = y - floor[mark + _Y]
+        far = floor[mark + _AROUND] + reach
         if to_x * to_x + to_y * to_y >= far * far:
             continue
-        half, first, end = floor[mark], mark + _CORNERS, mark + _CORNERS + 2 * int(floor[mark + _COUNT])
+        half = floor[mark]
+        first = mark + _CORNERS
+        end = mark + _CORNERS + 2 * int(floor[mark + _COUNT])
         if half < 0.0:
             outside = _outside_polygon(left_x, left_y, first, end, floor)
             left, left_ahead = min(left, outside), min(left_ahead, abs(outside))
@@ -116,7 +128,10 @@ def outside_um(
         else:
             # Without branches, several stretches at an instruction.
             for corner in range(first, end - 2, 2):
-                x0, y0, x1, y1 = floor[corner], floor[corner + 1], floor[corner + 2], floor[corner + 3]
+                x0 = floor[corner]
+                y0 = floor[corner + 1]
+                x1 = floor[corner + 2]
+                y1 = floor[corner + 3]
                 away_x, away_y = _away_from(left_x, left_y, x0, y0, x1, y1)
                 left, left_ahead = _nearer(away_x, away_y, half, ahead_x, ahead_y, left, left_ahead)
                 away_x, away_y = _away_from(right_x, right_y, x0, y0, x1, y1)
@@ -131,7 +146,10 @@ def _away_from(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -
 
     It isn't exact where a place is right on the stretch.
     """
-    along_x, along_y, to_x, to_y = x1 - x0, y1 - y0, x - x0, y - y0
+    along_x = x1 - x0
+    along_y = y1 - y0
+    to_x = x - x0
+    to_y = y - y0
     part = (to_x * along_x + to_y * along_y) / max(along_x * along_x + along_y * along_y, 1.0)
     part = min(max(part, 0.0), 1.0)
     return to_x - part * along_x, to_y - part * along_y
@@ -151,8 +169,12 @@ def _nearer(
 @in_kernel
 def _away(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> tuple[float, float]:
     """Return the vector to a place from the nearest point of a stretch."""
-    along_x, along_y, to_x, to_y = x1 - x0, y1 - y0, x - x0, y - y0
-    length, dot = along_x * along_x + along_y * along_y, to_x * along_x + to_y * along_y
+    along_x = x1 - x0
+    along_y = y1 - y0
+    to_x = x - x0
+    to_y = y - y0
+    length = along_x * along_x + along_y * along_y
+    dot = to_x * along_x + to_y * along_y
     if dot <= 0.0:
         return to_x, to_y
     if dot >= length:
@@ -164,14 +186,19 @@ def _away(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> tup
 
 @in_kernel
 def _outside_polygon(x: float, y: float, first: int, end: int, floor: Floor) -> float:
-    x0, y0, inside, nearest = floor[end - 2], floor[end - 1], False, FAR_UM * FAR_UM
+    x0 = floor[end - 2]
+    y0 = floor[end - 1]
+    inside = False
+    nearest = FAR_UM * FAR_UM
     for corner in range(first, end, 2):
-        x1, y1 = floor[corner], floor[corner + 1]
+        x1 = floor[corner]
+        y1 = floor[corner + 1]
         away_x, away_y = _away(x, y, x0, y0, x1, y1)
         nearest = min(nearest, away_x * away_x + away_y * away_y)
         if is_left_of(x, y, x0, y0, x1, y1):
             inside = not inside
-        x0, y0 = x1, y1
+        x0 = x1
+        y0 = y1
     return -math.sqrt(nearest) if inside else math.sqrt(nearest)
 
 
@@ -182,7 +209,8 @@ def floor_of(mat: Mat, aside_um: float = 0.0) -> Any:
         MotorcadeError: mat-too-detailed.
     """
     refused = MatError("mat-too-detailed", file=Phrase("mat-named", name=mat.name))
-    marks, corners = list[Mark](), 0
+    marks = list[Mark]()
+    corners = 0
     for mark in marks_of(mat):
         marks.append(mark)
         corners += len(mark.corners)
@@ -192,10 +220,13 @@ def floor_of(mat: Mat, aside_um: float = 0.0) -> Any:
         return Buffer.of("float64", ())
     margin = MARGIN_UM + aside_um + ROUNDED_UM
     boxes = [_box(mark.corners, max(mark.half, 0.0)) for mark in marks]
-    left, bottom = min(box[0] for box in boxes) - margin, min(box[1] for box in boxes) - margin
-    right, top = max(box[2] for box in boxes) + margin, max(box[3] for box in boxes) + margin
+    left = min(box[0] for box in boxes) - margin
+    bottom = min(box[1] for box in boxes) - margin
+    right = max(box[2] for box in boxes) + margin
+    top = max(box[3] for box in boxes) + margin
     side = max(_CELL_UM, math.sqrt((right - left) * (top - bottom) / _MOST_CELLS))
-    columns, rows = math.ceil((right - left) / side), math.ceil((top - bottom) / side)
+    columns = math.ceil((right - left) / side)
+    rows = math.ceil((top - bottom) / side)
     lists: list[list[int]] = [[] for _ in range(columns * rows)]
     listed = 0
     for number, mark in enumerate(marks):
@@ -204,7 +235,8 @@ def floor_of(mat: Mat, aside_um: float = 0.0) -> Any:
         for piece in [mark.corners] if mark.half < 0 else pairwise(mark.corners):
             box = _box(piece, reach)
             for row in _cells_between(box[1] - bottom, box[3] - bottom, side, rows):
-                low, high = box[0], box[2]
+                low = box[0]
+                high = box[2]
                 if mark.half >= 0.0:
                     low, high = _span(piece[0], piece[1], reach, bottom + row * side, bottom + (row + 1) * side)
                 its_columns = _cells_between(low - left, high - left, side, columns)
@@ -220,7 +252,8 @@ def floor_of(mat: Mat, aside_um: float = 0.0) -> Any:
     places = list(accumulate((_CORNERS + 2 * len(mark.corners) for mark in marks), initial=firsts[-1]))
     held = [left, bottom, 1 / side, columns, rows, *firsts, *(places[number] for number in chain.from_iterable(lists))]
     for mark, (x0, y0, x1, y1) in zip(marks, boxes, strict=True):
-        x, y = (x0 + x1) / 2, (y0 + y1) / 2
+        x = (x0 + x1) / 2
+        y = (y0 + y1) / 2
         around = max(math.dist((x, y), corner) for corner in mark.corners) + max(mark.half, 0.0)
         held.extend((mark.half, x, y, around, len(mark.corners), *chain.from_iterable(mark.corners)))
     return Buffer.of("float64", held)
@@ -232,7 +265,8 @@ def _cells_between(low: float, high: float, side: float, count: int) -> range:
 
 def _span(here: Corner, there: Corner, reach: float, low: float, high: float) -> tuple[float, float]:
     """Return the least and the greatest x of what is within ``reach`` of a stretch in a row of cells."""
-    (x0, y0), (x1, y1) = here, there
+    (x0, y0) = here
+    (x1, y1) = there
     # Of a level stretch, each row has all.
     if abs(y1 - y0) * 1e3 <= abs(x1 - x0):
         return min(x0, x1) - reach, max(x0, x1) + reach
@@ -256,7 +290,8 @@ def _runs(path: Sequence[Corner]) -> Iterator[Sequence[Corner]]:
     """Cut a path into runs of at most _MOST_STRETCHES stretches that are about equally long, as a bend's are."""
     run = list(path[:2])
     for there in path[2:]:
-        usual, length = math.dist(run[0], run[1]), math.dist(run[-1], there)
+        usual = math.dist(run[0], run[1])
+        length = math.dist(run[-1], there)
         if len(run) > _MOST_STRETCHES or not usual / 2 <= length <= usual * 2:
             yield run
             run = run[-1:]

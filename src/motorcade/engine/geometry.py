@@ -58,9 +58,16 @@ def ahead_of(heading: int, cosines: Floats) -> tuple[float, float]:
 @in_kernel
 def is_shaded(ax: float, ay: float, bx: float, by: float, x: float, y: float, radius: float) -> bool:
     """Whether a disc about (x, y) touches the line of sight from a to b."""
-    along_x, along_y, to_x, to_y, from_x, from_y = bx - ax, by - ay, x - ax, y - ay, x - bx, y - by
-    squared, near = along_x * along_x + along_y * along_y, radius * radius
-    aside, dot = to_x * along_y - to_y * along_x, to_x * along_x + to_y * along_y
+    along_x = bx - ax
+    along_y = by - ay
+    to_x = x - ax
+    to_y = y - ay
+    from_x = x - bx
+    from_y = y - by
+    squared = along_x * along_x + along_y * along_y
+    near = radius * radius
+    aside = to_x * along_y - to_y * along_x
+    dot = to_x * along_x + to_y * along_y
     between = (dot > 0.0) & (dot < squared) & (aside * aside < near * squared)
     return between | (to_x * to_x + to_y * to_y < near) | (from_x * from_x + from_y * from_y < near)
 
@@ -94,7 +101,8 @@ def segment_in_cone(
     ahead_0: float, aside_0: float, ahead_1: float, aside_1: float, cone_cos: float, cone_sin: float
 ) -> float:
     """The distance from the tip of a cone to the part of a segment inside the cone; FAR_UM where none is inside."""
-    first, last = 0.0, 1.0
+    first = 0.0
+    last = 1.0
     for sign in (1.0, -1.0):
         # Below 0 on the cone's side of this edge.
         at_0 = sign * aside_0 * cone_cos - ahead_0 * cone_sin
@@ -107,7 +115,8 @@ def segment_in_cone(
             last = min(last, at_0 / (at_0 - at_1))
     if first > last:
         return FAR_UM
-    ahead, aside = ahead_1 - ahead_0, aside_1 - aside_0
+    ahead = ahead_1 - ahead_0
+    aside = aside_1 - aside_0
     near_ahead, near_aside = nearest_of_segment(
         0.0, 0.0, ahead_0 + first * ahead, aside_0 + first * aside, ahead_0 + last * ahead, aside_0 + last * aside
     )

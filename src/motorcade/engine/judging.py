@@ -33,7 +33,8 @@ KIND, WHEN, FROM_MS, UNTIL_MS, NEEDED, FIRST_CAR, CARS, FIRST_CORNER, CORNERS, L
 COLUMNS = 10
 # Columns of Questions.figures: an angle and how far off it may be in degrees, or the least and the most length; a disc.
 WANTED, TOLERANCE, DISC_X, DISC_Y, DISC_RADIUS = range(5)
-LEAST, MOST = WANTED, TOLERANCE
+LEAST = WANTED
+MOST = TOLERANCE
 FIGURES = 5
 # A voice among the corners, as three of them: when in ms, where, how far it is heard (less than 0: everywhere), 1 where
 # it says 'go', and nothing.
@@ -42,12 +43,14 @@ VOICE = 6
 # A car has stopped by this time after a voice said so.
 STOPS_MS = 300
 # How a car failed to obey: it stood already, or it drives on.
-STOOD, DROVE = 1.0, 2.0
+STOOD = 1.0
+DROVE = 2.0
 # A car that moves less between two moments, along x and along y, stands.
 STANDS_M = 0.005
 # Of a larger group only the cars that are outermost in one of so many directions are compared with each other.
 _DIRECTIONS = 16
-_COSINE, _SINE = math.cos(math.tau / _DIRECTIONS), math.sin(math.tau / _DIRECTIONS)
+_COSINE = math.cos(math.tau / _DIRECTIONS)
+_SINE = math.sin(math.tau / _DIRECTIONS)
 
 
 class Questions(NamedTuple):
@@ -112,15 +115,19 @@ def apart_m(x0: float, y0: float, x1: float, y1: float) -> float:
 @in_kernel
 def to_outline_m(corners: Floats | Sequence[float], first: int, count: int, x: float, y: float) -> float:
     """How far a point is from a polygon of ``count`` corners, whose coordinates begin at ``first``; 0 inside."""
-    inside, nearest = False, 1e300
-    x0, y0 = corners[first + 2 * count - 2], corners[first + 2 * count - 1]
+    inside = False
+    nearest = 1e300
+    x0 = corners[first + 2 * count - 2]
+    y0 = corners[first + 2 * count - 1]
     for k in range(count):
-        x1, y1 = corners[first + 2 * k], corners[first + 2 * k + 1]
+        x1 = corners[first + 2 * k]
+        y1 = corners[first + 2 * k + 1]
         if is_left_of(x, y, x0, y0, x1, y1):
             inside = not inside
         near_x, near_y = nearest_of_segment(x, y, x0, y0, x1, y1)
         nearest = min(nearest, apart_m(x, y, near_x, near_y))
-        x0, y0 = x1, y1
+        x0 = x1
+        y0 = y1
     return 0.0 if inside else nearest
 
 
@@ -159,7 +166,8 @@ def judge(tick: int, cars: CarArrays, rules: Rules, questions: Questions, answer
 @in_kernel
 def judge_world(world: int, tick: int, cars: CarArrays, rules: Rules, questions: Questions, answers: Answers) -> None:
     """Ask all questions of the cars of a world before a tick."""
-    led, shown = answers.led[world], answers.shown[world]
+    led = answers.led[world]
+    shown = answers.shown[world]
     count = led.shape[0]
     now = tick * rules.tick_ms & TICKS_MASK
     asks_led = False
@@ -197,9 +205,13 @@ def judge_run(world: int, now: int, questions: Questions, answers: Answers) -> N
 @in_kernel
 def _ask_each(world: int, now: int, question: int, questions: Questions, answers: Answers) -> None:
     """Ask a question of each of its cars."""
-    off, since, places = answers.off[world], answers.since[world], len(questions.who)
-    row, figures = questions.rows[question], questions.figures[question]
-    met, when = 0, row[WHEN]
+    off = answers.off[world]
+    since = answers.since[world]
+    places = len(questions.who)
+    row = questions.rows[question]
+    figures = questions.figures[question]
+    met = 0
+    when = row[WHEN]
     for place in range(row[FIRST_CAR], row[FIRST_CAR] + row[CARS]):
         car = questions.who[place]
         if row[KIND] == TRAVELLED:
@@ -230,24 +242,36 @@ def _note(question: int, now: int, is_met: bool, since: Ints) -> None:
 @in_kernel
 def _compare(world: int, now: int, question: int, questions: Questions, answers: Answers) -> None:
     """Find the two cars that are farthest apart; what went wrong, or was met at some moment, stays as it is."""
-    off, before, since = answers.off[world], answers.before[world], answers.since[world]
-    row, most_m, places = questions.rows[question], questions.figures[question][MOST], len(questions.who)
-    first, when = row[FIRST_CAR], row[WHEN]
+    off = answers.off[world]
+    before = answers.before[world]
+    since = answers.since[world]
+    row = questions.rows[question]
+    most_m = questions.figures[question][MOST]
+    places = len(questions.who)
+    first = row[FIRST_CAR]
+    when = row[WHEN]
     if when == ALWAYS and off[first] > most_m:
         return
     if when == SOME_MOMENT and since[question] >= 0:
         return
-    shown, count, outer = answers.shown[world], len(answers.led[world]), 2 * places + first
+    shown = answers.shown[world]
+    count = len(answers.led[world])
+    outer = 2 * places + first
     compared = _list_outer(first, row[CARS], outer, count, questions, off, shown)
-    farthest_m, one, other = -1.0, 0, 0
+    farthest_m = -1.0
+    one = 0
+    other = 0
     for k in range(compared):
         for j in range(compared):
-            a, b = int(off[outer + k]), int(off[outer + j])
+            a = int(off[outer + k])
+            b = int(off[outer + j])
             if a <= b:
                 apart = apart_m(_wide(shown[a]), _wide(shown[count + a]), _wide(shown[b]), _wide(shown[count + b]))
                 # Of equally distant pairs the one with the lowest numbers.
                 if apart > farthest_m or (apart == farthest_m and (a < one or (a == one and b < other))):
-                    farthest_m, one, other = apart, a, b
+                    farthest_m = apart
+                    one = a
+                    other = b
     farthest_m = shown_m(farthest_m)
     if when != SOME_MOMENT or farthest_m <= off[first]:
         off[first] = farthest_m
@@ -266,7 +290,8 @@ def _list_outer(
         for k in range(cars):
             off[outer + k] = float(questions.who[first + k])
         return cars
-    cosine, sine = 1.0, 0.0
+    cosine = 1.0
+    sine = 0.0
     for k in range(_DIRECTIONS):
         most = -1e300
         for place in range(first, first + cars):
@@ -282,7 +307,10 @@ def _list_outer(
 @in_kernel
 def _listen(world: int, now: int, question: int, questions: Questions, answers: Answers) -> None:
     """Tell cars what voices said since the moment before, and see whether those that must stand do so."""
-    off, before, since, shown = answers.off[world], answers.before[world], answers.since[world], answers.shown[world]
+    off = answers.off[world]
+    before = answers.before[world]
+    since = answers.since[world]
+    shown = answers.shown[world]
     row, places, count, corners = (
         questions.rows[question],
         len(questions.who),
@@ -291,13 +319,16 @@ def _listen(world: int, now: int, question: int, questions: Questions, answers: 
     )
     last_ms = since[question]
     for place in range(row[FIRST_CAR], row[FIRST_CAR] + row[CARS]):
-        car, told = questions.who[place], 2 * places + place
+        car = questions.who[place]
+        told = 2 * places + place
         if last_ms < 0:
             _keep(place, car, count, before, shown)
         for voice in range(row[FIRST_CORNER], row[FIRST_CORNER] + 2 * row[CORNERS], VOICE):
-            at_ms, radius = corners[voice + VOICE_MS], corners[voice + VOICE_RADIUS]
+            at_ms = corners[voice + VOICE_MS]
+            radius = corners[voice + VOICE_RADIUS]
             if last_ms <= at_ms < now:
-                x, y = _wide(before[3 * place]), _wide(before[3 * place + 1])
+                x = _wide(before[3 * place])
+                y = _wide(before[3 * place + 1])
                 if radius < 0.0 or apart_m(x, y, corners[voice + VOICE_X], corners[voice + VOICE_Y]) <= radius:
                     if corners[voice + SAYS_GO] > 0.0:
                         off[told] = 0.0
@@ -331,19 +362,27 @@ def _fail(place: int, places: int, how: float, at_ms: int, off: Floats) -> None:
 @in_kernel
 def _score(world: int, now: int, question: int, questions: Questions, answers: Answers) -> None:
     """Add up what each car scores at each moment but the first; for STOPPED, what is counted off for it."""
-    off, before, since, shown = answers.off[world], answers.before[world], answers.since[world], answers.shown[world]
-    row, figures, count = questions.rows[question], questions.figures[question], len(answers.led[world])
-    is_found, finds = since[question] >= 0, False
+    off = answers.off[world]
+    before = answers.before[world]
+    since = answers.since[world]
+    shown = answers.shown[world]
+    row = questions.rows[question]
+    figures = questions.figures[question]
+    count = len(answers.led[world])
+    is_found = since[question] >= 0
+    finds = False
     for place in range(row[FIRST_CAR], row[FIRST_CAR] + row[CARS]):
         car = questions.who[place]
-        x, y = _wide(shown[car]), _wide(shown[count + car])
+        x = _wide(shown[car])
+        y = _wide(shown[count + car])
         is_in = _to_zone_m(x, y, row, figures, questions.corners) == 0.0
         if now > 0:
             finds = finds or is_in
             if row[KIND] == GATHERED:
                 off[place] += 1.0 if is_in else 0.0
             else:
-                moved_x, moved_y = abs(x - _wide(before[3 * place])), abs(y - _wide(before[3 * place + 1]))
+                moved_x = abs(x - _wide(before[3 * place]))
+                moved_y = abs(y - _wide(before[3 * place + 1]))
                 standing = 1.0 if moved_x < STANDS_M and moved_y < STANDS_M else 0.0
                 off[place] += 1.0 - standing if is_found else 1.0 + standing
         _keep(place, car, count, before, shown)
@@ -354,8 +393,12 @@ def _score(world: int, now: int, question: int, questions: Questions, answers: A
 @in_kernel
 def _drive(world: int, now: int, place: int, car: int, answers: Answers) -> float:
     """Add up how far a car has driven since the moment before; return how far since the first."""
-    off, before, shown, count = answers.off[world], answers.before[world], answers.shown[world], len(answers.led[world])
-    x, y = shown[car], shown[count + car]
+    off = answers.off[world]
+    before = answers.before[world]
+    shown = answers.shown[world]
+    count = len(answers.led[world])
+    x = shown[car]
+    y = shown[count + car]
     if now > 0:
         off[place] += apart_m(_wide(before[3 * place]), _wide(before[3 * place + 1]), _wide(x), _wide(y))
     _keep(place, car, count, before, shown)
@@ -373,7 +416,9 @@ def _to_zone_m(x: float, y: float, row: Ints, figures: Floats, corners: Floats) 
 @in_kernel
 def _how_far(world: int, car: int, row: Ints, figures: Floats, corners: Floats, answers: Answers) -> float:
     """How far a car is from being as a question asks; 0 where it is so."""
-    kind, led, shown = row[KIND], answers.led[world], answers.shown[world]
+    kind = row[KIND]
+    led = answers.led[world]
+    shown = answers.shown[world]
     if kind == LIT:
         return 0.0 if led[car] == row[LED] else 1.0
     if kind == NOT_LIT:

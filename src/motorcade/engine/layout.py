@@ -77,7 +77,9 @@ class Standing(NamedTuple):
 
 def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
     """Return the figures of a world in the engine's units. Raises MotorcadeError: the profile can't be simulated."""
-    body, physics, tick_ms = profile.body, mat.physics, mat.tick_ms
+    body = profile.body
+    physics = mat.physics
+    tick_ms = mat.tick_ms
     radius = body.diameter_mm * 500.0
     # mm/s times ms is µm.
     speeds = [float(speed) * tick_ms for speed in profile.speeds_mm_s]
@@ -349,7 +351,9 @@ def _images(images: Sequence[bytes]) -> Any:
 @lru_cache(maxsize=256)
 def _flips(rate: float) -> tuple[float, ...]:
     """The probability that at most k of 32 bits flip, times 2^32, computed exactly so that all machines agree."""
-    exact, total, chances = Fraction(rate), Fraction(0), []
+    exact = Fraction(rate)
+    total = Fraction(0)
+    chances = []
     for k in range(33):
         total += math.comb(32, k) * exact**k * (1 - exact) ** (32 - k)
         chances.append(float(math.floor(total * (1 << 32))))

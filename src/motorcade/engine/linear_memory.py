@@ -22,7 +22,8 @@ from motorcade.errors import MotorcadeError
 
 PATH = Path(__file__).with_name("engine.wasm")
 SECTION = "motorcade.arguments"
-_INT, _FLOAT = struct.Struct("<q"), struct.Struct("<d")
+_INT = struct.Struct("<q")
+_FLOAT = struct.Struct("<d")
 _LINE = 64  # bytes of a cache line, at which each array begins
 
 
@@ -84,7 +85,9 @@ class LinearArray:
 
     def __getitem__(self, index: "int | slice | tuple[int | slice, ...]") -> "LinearArray":
         parts = index if isinstance(index, tuple) else (index,)
-        address, shape, strides = self.address, [], []
+        address = self.address
+        shape = []
+        strides = []
         for part, length, stride in zip(parts, self.shape, self.strides, strict=False):
             if isinstance(part, slice):
                 begin, end, _ = part.indices(length)
@@ -181,7 +184,8 @@ class LinearMemory:
         To describe all arrays takes ten times as long as a tick of few cars; most are those of the last call.
         """
         if isinstance(value, tuple):
-            parts, at = [], first
+            parts = []
+            at = first
             earlier = before.parts if len(before.parts) == len(value) else [_NOTHING] * len(value)
             for item, part in zip(value, earlier, strict=True):
                 parts.append(part if part.value is item else self._pack(kernel, item, at, part))
@@ -196,7 +200,8 @@ class LinearMemory:
             return _Part(value, 1, (_FLOAT if is_float else _INT).pack(value))
         layout = "C" if argument and argument.layout == "C" and array.is_contiguous else "A"
         _check(kernel, argument, array.dtype, len(array.shape), layout)
-        count, size = array.count, width_of(array.dtype)
+        count = array.count
+        size = width_of(array.dtype)
         if not 0 <= array.address <= self._end - count * size:
             raise MotorcadeError("kernel-argument-elsewhere", kernel=kernel, argument=str(argument))
         numbers = 0, 0, count, size, array.address, *array.shape, *array.strides
@@ -213,7 +218,8 @@ class LinearMemory:
             place, room = -(-self._end // _LINE) * _LINE, max(size, 2 * room, _LINE)
             if not self._grow_to(place + room):
                 raise MotorcadeError("world-exceeds-webassembly", needed=(place + room) / 1e9, most=4.3)
-            self._slots[slot], self._end = (place, room), place + room
+            self._slots[slot] = (place, room)
+            self._end = place + room
         return place, room
 
 

@@ -36,13 +36,15 @@ _SUFFIXES = {"linux": ".so", "win32": ".dll", "darwin": ".dylib"}
 # What Linux calls that which processors of the level x86-64-v3 have more than those of v2.
 _LEVEL_3 = frozenset(("abm", "avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"))
 # With more, threads need not wait for one whose share takes long. A share of a long slice has to be short, too.
-SHARES_A_THREAD, SHARES_OF_LONG_SLICES = 4, 64
+SHARES_A_THREAD = 4
+SHARES_OF_LONG_SLICES = 64
 # With few strips, little is done twice at their edges.
 STRIPS_A_THREAD = 2
 # More wait for one that is free; any number of threads does all the work.
 _MOST_THREADS = 256
 _WAIT_S = 0.05
-_INT, _INTS = struct.Struct("<q"), struct.Struct("<5q")
+_INT = struct.Struct("<q")
+_INTS = struct.Struct("<5q")
 
 
 def as_array(contents: Buffer) -> NDArray[Any]:
@@ -142,7 +144,8 @@ class Wavefront:
     ) -> None:
         self._take = take
         self.steps = steps
-        self._unit, self._is_stopped = unit, is_stopped
+        self._unit = unit
+        self._is_stopped = is_stopped
         self._taken = [0] * strips
         self._left = strips * steps
         self._lock = threading.Lock()
@@ -162,7 +165,8 @@ class Wavefront:
             self._ready.put(None)
 
     def _end_of(self, strip: int) -> None:
-        taken, last = self._taken, len(self._taken) - 1
+        taken = self._taken
+        last = len(self._taken) - 1
         taken[strip] += 1
         self._left -= 1
         if self._is_stopped():
@@ -250,7 +254,9 @@ class Crew:
         self._work = work
         self._lock = threading.Lock()
         self._ends: SimpleQueue[None] = SimpleQueue()
-        self._working, self._has_ended, self._is_closed = 0, False, False
+        self._working = 0
+        self._has_ended = False
+        self._is_closed = False
         self._problem: BaseException | None = None
 
     def call(self, threads: int) -> None:
@@ -311,7 +317,8 @@ def _kernels(path: Path) -> dict[str, Kernel]:
     kernels: dict[str, Kernel] = {}
     for name in module_arguments():
         function = getattr(library, name)
-        function.argtypes, function.restype = [ctypes.c_char_p], ctypes.c_int
+        function.argtypes = [ctypes.c_char_p]
+        function.restype = ctypes.c_int
         kernels[name] = function
     return kernels
 
@@ -350,7 +357,8 @@ class NativeKernels(NumpyArrays, LinearMemory):
 
     def _call_each(self, name: str, blocks: Sequence[bytes]) -> Callable[[], None]:
         """Return what calls a kernel with each of the blocks of arguments; several threads may share it."""
-        pending, kernel = deque(blocks), self._kernels[name]
+        pending = deque(blocks)
+        kernel = self._kernels[name]
 
         def work() -> None:
             try:
@@ -389,13 +397,15 @@ class NativeKernels(NumpyArrays, LinearMemory):
         Returns:
             The tick that it has come to: an earlier one where `join` stops it.
         """
-        kernel, every = self._kernels["run_large"], arrays.rules.sort_every
+        kernel = self._kernels["run_large"]
+        every = arrays.rules.sort_every
         rest = self._block("run_large", 0, 0, 0, 0, 0, *arguments, arrays)[5 * _INT.size :]
 
         def block(share: int, shares: int, phase: int, tick: int) -> bytes:
             return _INTS.pack(share, shares, phase, tick, said if tick == said_at else NO_VOICE) + rest
 
-        tick, counts = int(arrays.counters.counts[0, TICK]), arrays.counters.counts
+        tick = int(arrays.counters.counts[0, TICK])
+        counts = arrays.counters.counts
         while tick < until and not self._is_stopped:
             if tick % every == 0:
                 kernel(block(0, 1, ORDER, tick))
@@ -408,7 +418,8 @@ class NativeKernels(NumpyArrays, LinearMemory):
                 after, phase = divmod(step, len(STRIP_PHASES))
                 kernel(block(strip, 1, STRIP_PHASES[phase], began + after))
 
-            steps, strips = (end - tick) * len(STRIP_PHASES), int(arrays.cells.strips[0, MOST_PARTS])
+            steps = (end - tick) * len(STRIP_PHASES)
+            strips = int(arrays.cells.strips[0, MOST_PARTS])
             wavefront = Wavefront(take, strips, steps, len(STRIP_PHASES), lambda: self._is_stopped)
             _share(wavefront.work, threads, Crew(wavefront.work))
             tick += wavefront.steps // len(STRIP_PHASES)

@@ -56,7 +56,8 @@ class Pictures:
 
     def take_events(self) -> bytes:
         """Return the events since the last call, as rows of a picture (`motorcade.service.history`), by time."""
-        world, memory = self._world, self._world.backend
+        world = self._world
+        memory = self._world.backend
         rows = world.take_rows()
         packed = memory.zeros("packed events", (rows.shape[0], showing.EVENT_NUMBERS), "uint32")
         world.backend.call("note_events", rows, self._tally, packed)

@@ -17,7 +17,8 @@ from motorcade.engine.cells import GROUP
 from motorcade.engine.state import Arrays, Now
 from motorcade.words.ticks import TICKS_MASK, reached
 
-ALL, RESTORED = -1, -2
+ALL = -1
+RESTORED = -2
 # Where more than one in so many cars of a group is due in a tick, the group is busy.
 _BUSY = 16
 _HALF_CLOCK = (TICKS_MASK + 1) // 2
@@ -32,13 +33,21 @@ def list_due(low: int, arrays: Arrays, now: Now) -> tuple[int, int, int]:
     Returns:
         Up to which car they are listed, and how many of either.
     """
-    cars, rules, around, share = arrays.cars, arrays.rules, arrays.around, now.share
-    turns, looks, listed, room = 0, 0, 0, around.looks.shape[1]
+    cars = arrays.cars
+    rules = arrays.rules
+    around = arrays.around
+    share = now.share
+    turns = 0
+    looks = 0
+    listed = 0
+    room = around.looks.shape[1]
     loud = is_loud(now)
     # The displacement of a driven car changes without a turn.
     all_awake = loud or arrays.driven.shape[1] > 0
     while low < now.end and (listed == 0 or listed + GROUP <= room):
-        group, high, before = (low - now.begin) // GROUP, min(low + GROUP, now.end), turns + looks
+        group = (low - now.begin) // GROUP
+        high = min(low + GROUP, now.end)
+        before = turns + looks
         if all_awake or around.wakes[share, group] <= now.tick:
             # Several cars at an instruction; none of those that have had their turn in this tick is listed here.
             for i in range(low, high):
@@ -46,7 +55,8 @@ def list_due(low: int, arrays: Arrays, now: Now) -> tuple[int, int, int]:
                 looks_around = (not has_turn) & clearance.is_due(cars.clear[i], now.tick) & (rules.collisions > 0)
                 cars.order[i] = 2 * looks_around + has_turn
             for i in range(low, high):
-                around.car[share, turns], around.looks[share, looks] = i, i
+                around.car[share, turns] = i
+                around.looks[share, looks] = i
                 turns += cars.order[i] & 1
                 looks += cars.order[i] >> 1
             listed += high - low
@@ -67,7 +77,10 @@ def is_loud(now: Now) -> bool:
 @in_kernel
 def settle(arrays: Arrays, now: Now) -> int:
     """Find out for how long groups rest, after the turns of a tick; return the next tick in which any car is due."""
-    around, share, next_tick, moves = arrays.around, now.share, now.tick + bodies.MOST_TICKS, 0
+    around = arrays.around
+    share = now.share
+    next_tick = now.tick + bodies.MOST_TICKS
+    moves = 0
     for low in range(now.begin, now.end, GROUP):
         group = (low - now.begin) // GROUP
         if around.wakes[share, group] <= now.tick:
@@ -83,9 +96,14 @@ def settle(arrays: Arrays, now: Now) -> int:
 @in_kernel
 def _settle_group(low: int, group: int, arrays: Arrays, now: Now) -> None:
     """Store when a group wakes up, at the next tick or later, and whether it moves."""
-    cars, rules, around, share = arrays.cars, arrays.rules, arrays.around, now.share
+    cars = arrays.cars
+    rules = arrays.rules
+    around = arrays.around
+    share = now.share
     next_tick = now.tick + 1
-    next_ms, clear, moves = next_tick * rules.tick_ms, bodies.MOST_TICKS, 0
+    next_ms = next_tick * rules.tick_ms
+    clear = bodies.MOST_TICKS
+    moves = 0
     rest_ms = clear * rules.tick_ms
     # Several cars at an instruction.
     for i in range(low, min(low + GROUP, now.end)):
@@ -104,7 +122,9 @@ def _settle_group(low: int, group: int, arrays: Arrays, now: Now) -> None:
 @in_kernel
 def move(ticks: int, arrays: Arrays, now: Now) -> None:
     """Move the cars of groups that move by some ticks, in which nothing else happens to them."""
-    moves, share, low = arrays.around.moves, now.share, now.begin
+    moves = arrays.around.moves
+    share = now.share
+    low = now.begin
     while low < now.end:
         high = low
         while high < now.end and moves[share, (high - now.begin) // GROUP]:
@@ -136,10 +156,13 @@ def wake(tick: int, moved: int, worlds: int, arrays: Arrays) -> None:
     none does where wheels have noise. With RESTORED, after a saved world was loaded, none does, and a car keeps the
     time of its next turn.
     """
-    cars, rules = arrays.cars, arrays.rules
-    now, per_world = tick * rules.tick_ms & TICKS_MASK, cars.x.shape[0] // worlds
+    cars = arrays.cars
+    rules = arrays.rules
+    now = tick * rules.tick_ms & TICKS_MASK
+    per_world = cars.x.shape[0] // worlds
     for world in range(worlds):
-        begin, end = world * per_world, (world + 1) * per_world
+        begin = world * per_world
+        end = (world + 1) * per_world
         for i in range(begin, end):
             if moved == i or (moved == ALL and rules.wheel_noise == 0.0):
                 bodies.set_displacement(i, cars.wheels[i], cars, rules)

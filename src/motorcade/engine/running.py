@@ -79,11 +79,13 @@ class Running:
         """Begin with tick 0; the farthest car is so far away."""
         self._tick = 0
         # What an exception broke off, and the contents of all arrays before it where they were kept.
-        self._is_torn, self._before = False, list[tuple[BackendArray, Any]]()
+        self._is_torn = False
+        self._before = list[tuple[BackendArray, Any]]()
         # Until this tick no car can be beyond FARTHEST_UM.
         self._within_until = self._ticks_within(farthest_um)
         # The word that is spoken in a tick.
-        self._spoken_at, self._spoken = 0, NO_VOICE
+        self._spoken_at = 0
+        self._spoken = NO_VOICE
         self._taken: list[Untaken] = [None for _ in range(self.worlds)]
 
     @property
@@ -134,7 +136,8 @@ class Running:
         Raises:
             MotorcadeError: there is no such world.
         """
-        parts, rest = [], self._taken[self._checked_world(world)]
+        parts = []
+        rest = self._taken[self._checked_world(world)]
         while rest:
             rest, rows = rest
             parts.append(rows)
@@ -171,7 +174,8 @@ class Running:
             index = next(i for i, place in enumerate(zip(x_um, y_um, strict=True)) if farthest_um in map(abs, place))
             number = int.from_bytes(self.backend.read(self.state.number[index : index + 1]), "little")
             time_s = self._tick * self.tick_ms / 1000
-            world, most = index // self.cars, FARTHEST_UM // 1_000_000
+            world = index // self.cars
+            most = FARTHEST_UM // 1_000_000
             raise MotorcadeError("car-left-plane", car=number, world=world, time=time_s, most=most)
         self._within_until = self._tick + max(self._ticks_within(farthest_um), 1)
 
@@ -187,11 +191,14 @@ class Running:
         self._before = self._contents()
         self._call(until)
         taken, counted = self._collected(until) if self._keeps_events else (self._taken, self._read_counts())
-        self._taken, self._tick, self._before = taken, counted[events.TICK], []
+        self._taken = taken
+        self._tick = counted[events.TICK]
+        self._before = []
 
     def _collected(self, until: int) -> "tuple[list[Untaken], array[int]]":
         """The events that were not taken yet, with those of the call that simulated up to a tick; and the counts."""
-        counts, counted = self._counters.counts, self._read_counts()
+        counts = self._counters.counts
+        counted = self._read_counts()
         while max(counted[events.EVENTS :: events.COUNTS]) > self._counters.events.shape[1]:
             self._put_back()
             self._counters = self._with_room(counts, self._counters.events.shape[1] * 2)
@@ -231,7 +238,9 @@ class Running:
         ticks = self._read_counts()[events.TICK :: events.COUNTS]
         if min(ticks) < max(ticks):
             self._call(max(ticks))
-        self._tick, self._before, self._is_torn = max(ticks), [], False
+        self._tick = max(ticks)
+        self._before = []
+        self._is_torn = False
 
     def _call(self, until: int) -> int:
         """Call the kernels; return the tick that all cars have come to."""

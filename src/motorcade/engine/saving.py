@@ -39,7 +39,8 @@ from motorcade.words.ticks import TICKS_MASK
 
 MAGIC = b"motorcade-world/1\n"
 _ANY_MAGIC = b"motorcade-world/"
-_DIGEST_BYTES, _LENGTH = 32, struct.Struct("<Q")
+_DIGEST_BYTES = 32
+_LENGTH = struct.Struct("<Q")
 # Fields of a car by their row behind the brain's memory.
 _ROW = {name: brain.SIZE + number for number, name in enumerate(CarArrays._fields[2:-4])}
 _ROWS = brain.SIZE + len(_ROW)
@@ -48,7 +49,8 @@ _CAR_BYTES = 4 * _ROWS + 2
 _MADE = _ROW["number"], _ROW["clear"]
 # A leader catches up with its states and slots one by one. None is so far behind.
 _MOST_BEHIND_MS = 1 << 22
-_MOST_TICK, _MOST_COUNT = 1 << 40, 1 << 60
+_MOST_TICK = 1 << 40
+_MOST_COUNT = 1 << 60
 
 
 class _Header(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -83,7 +85,9 @@ class SavableSimulation(Simulation):
 
         They hold the mat, the programs, the profile, all cars, what was counted, and the events that were not taken.
         """
-        tick, starts, untaken = self.tick, self.mat.starts, [self._sorted_rows(world) for world in range(self.worlds)]
+        tick = self.tick
+        starts = self.mat.starts
+        untaken = [self._sorted_rows(world) for world in range(self.worlds)]
         by_number = self._order_of_numbers()
         rows = np.asarray(self.state.rows)[:, by_number]
         rows[_MADE, :] = 0
@@ -130,7 +134,8 @@ class SavableSimulation(Simulation):
         _require(all(abs(length_m) <= FARTHEST_M for length_m in (*x_m, *y_m)))
         _require(all(abs(angle) <= MOST_HEADING for angle in heading))
         mat = replace(_mat_of(header.mat), starts=Starts(x_m, y_m, heading, leads, tuple(header.groups)))
-        images, profile = checked_images(header.images), _profile_of(header.profile)
+        images = checked_images(header.images)
+        profile = _profile_of(header.profile)
         world = cls.__new__(cls)
         # Cars may have started where something stands now.
         world._open(mat, images, profile, seeds, header.events, threads, kernels)
@@ -177,7 +182,8 @@ class SavableSimulation(Simulation):
         counts = columns.take("<i8", self.worlds * events.EVENTS).reshape(self.worlds, events.EVENTS)
         lengths = columns.take("<i8", self.worlds)
         rows = columns.take("<u4", _ROWS * cars).reshape(_ROWS, cars).copy()
-        wheels, program = columns.take("u1", cars), columns.take("u1", cars)
+        wheels = columns.take("u1", cars)
+        program = columns.take("u1", cars)
         remembered = columns.take("u1", self._decisions.size).reshape(self._decisions.shape)
         _require(bool((lengths >= 0).all()))
         untaken = [columns.take("<u4", int(length) * events.COLUMNS) for length in lengths]
@@ -203,15 +209,20 @@ class SavableSimulation(Simulation):
     ) -> None:
         rows[_ROW["number"]] = np.tile(np.arange(self.cars, dtype=np.uint32), self.worlds)
         state: Any = self.state
-        state.rows[...], state.wheels[...], state.program[...] = rows, wheels, program
+        state.rows[...] = rows
+        state.wheels[...] = wheels
+        state.program[...] = program
         of_parts = np.zeros((self.worlds, self._parts // self.worlds, events.COUNTS), np.int64)
         of_parts[:, 0, : events.EVENTS] = counts
         of_parts[:, :, events.TICK] = header.tick
         self.backend.write(self._counters.counts, of_parts.tobytes())
         self.run_number = header.run_number
-        self._tick, self._spoken_at, self._spoken = header.tick, header.spoken_at, header.spoken
+        self._tick = header.tick
+        self._spoken_at = header.spoken_at
+        self._spoken = header.spoken
         most = int(self._rules.fastest * (1 << DISPLACEMENT_BITS)) + 1
-        driven, seen = [], set[tuple[int, int]]()
+        driven = []
+        seen = set[tuple[int, int]]()
         for column in header.driven:
             _require(len(column) == 5)
             world, number, *motion = column
@@ -245,13 +256,15 @@ class SavableSimulation(Simulation):
             # They are switched on in their first tick.
             return
         rows[_ROW["heard_at"], leads] = np.arange(np.count_nonzero(leads))
-        infrared, now_ms = self.profile.infrared, tick * self.tick_ms
+        infrared = self.profile.infrared
+        now_ms = tick * self.tick_ms
         interval = rows[brain.INTERVAL]
         _require(bool(((interval == 0) | (interval > 1) & (interval <= infrared.last_interval_ms)).all()))
         for number, image in enumerate(map(parse_image_bytes, self.images)):
             memory = rows[: brain.SIZE, program == number + 1].astype(np.int64)
             own = remembered[program[leads] == number + 1].T
-            states, slots = len(image.leader), len(image.followers)
+            states = len(image.leader)
+            slots = len(image.followers)
             _require(bool((memory[brain.STATE] < max(states, 1)).all() and (memory[brain.SLOT] < max(slots, 1)).all()))
             self._check_decisions(own, image)
             # A leader that decides may stand, or be silent, for any time.
@@ -265,11 +278,13 @@ class SavableSimulation(Simulation):
 
     def _check_decisions(self, own: NDArray[np.uint8], image: Image) -> None:
         """Check what the leaders with an image remember of their decisions; a column for each of them."""
-        words, expected = image_words(image), bytearray(decisions.SIZE)
+        words = image_words(image)
+        expected = bytearray(decisions.SIZE)
         decisions.survey(expected, words, 0, len(words), levels_of(self.profile))
         for place in (decisions.WORDS, decisions.LOOKS, decisions.TELLS):
             _require(bool((own[place] == expected[place]).all()))
-        states, slots = max(len(image.leader), 1), len(image.followers)
+        states = max(len(image.leader), 1)
+        slots = len(image.followers)
         limits = {decisions.NEXT: states, decisions.CALLS: decisions.MOST_CALLS + 1, decisions.TOLD: max(slots, 1)}
         limits[decisions.LAST_CALL] = decisions.MOST_CALLS
         limits |= {decisions.TURNS: slots + 1, decisions.TOLD_TURNS: slots + 1}
@@ -296,7 +311,8 @@ class _Columns:
     """The columns of a saved world, which are taken one after the other. Raises MotorcadeError where one is missing."""
 
     def __init__(self, data: memoryview) -> None:
-        self._data, self._at = data, 0
+        self._data = data
+        self._at = 0
 
     def take(self, dtype: str, count: int) -> NDArray[Any]:
         """Return the next column."""

@@ -81,14 +81,20 @@ def pack_picture(purpose: int, tick: int, arrays: Arrays, shown: Columns, tally:
     Where the image has a follower's word more than once, the index is that of the one that the leader with the
     lowest number sent last.
     """
-    cars, rules = arrays.cars, arrays.rules
+    cars = arrays.cars
+    rules = arrays.rules
     count = shown.x_m.shape[0]
-    first, image, slot = count, 0, 0
+    first = count
+    image = 0
+    slot = 0
     for i in range(count):
         if cars.program[i] > 0 and int(cars.number[i]) < first:
-            first, image, slot = int(cars.number[i]), int(cars.program[i]) - 1, int(cars.memory[SLOT, i])
+            first = int(cars.number[i])
+            image = int(cars.program[i]) - 1
+            slot = int(cars.memory[SLOT, i])
     header = int(rules.images[image, 0])
-    states, words = header >> 24, header >> 16 & 255
+    states = header >> 24
+    words = header >> 16 & 255
     for i in range(count):
         k = int(cars.number[i])
         if cars.program[i] > 0:
@@ -128,11 +134,14 @@ def sort_events(rows: Words, order: Ints, in_order: Words) -> None:
     count = rows.shape[0]
     for k in range(count):
         order[0, k] = k
-    width, source = 1, 0
+    width = 1
+    source = 0
     while width < count:
         for begin in range(0, count, 2 * width):
-            middle, end = min(begin + width, count), min(begin + 2 * width, count)
-            left, right = begin, middle
+            middle = min(begin + width, count)
+            end = min(begin + 2 * width, count)
+            left = begin
+            right = middle
             for k in range(begin, end):
                 takes_right = left >= middle or (
                     right < end and _is_earlier(order[source, right], order[source, left], rows)
@@ -159,8 +168,12 @@ def _is_earlier(one: int, other: int, rows: Words) -> bool:
 def note_events(in_order: Words, tally: Tally, packed: Words) -> None:
     """Count events of the only world for each car, and write them as a picture has them."""
     for k in range(in_order.shape[0]):
-        t_ms, car, kind = in_order[k, events.T_MS], int(in_order[k, events.CAR]), int(in_order[k, events.KIND])
-        why, word, other = int(in_order[k, events.WHY]), in_order[k, events.WORD], in_order[k, events.OTHER]
+        t_ms = in_order[k, events.T_MS]
+        car = int(in_order[k, events.CAR])
+        kind = int(in_order[k, events.KIND])
+        why = int(in_order[k, events.WHY])
+        word = in_order[k, events.WORD]
+        other = in_order[k, events.OTHER]
         if kind == events.FRAME:
             tally.cars[FRAMES, car] += 1
         elif kind == events.HEARD:
@@ -205,7 +218,8 @@ def find_nearest(car: int, arrays: Arrays, tally: Tally, away: Floats, found: In
         if number == car or (tally.cars[FRAMES, number] == 0 and tally.cars[FRAMES_HEARD, number] == 0):
             continue
         kind = SENDERS if tally.cars[FRAMES, number] > 0 else LISTENERS
-        dx, dy = float(cars.x[i]) - float(cars.x[here]), float(cars.y[i]) - float(cars.y[here])
+        dx = float(cars.x[i]) - float(cars.x[here])
+        dy = float(cars.y[i]) - float(cars.y[here])
         _insert(kind, i, dx * dx + dy * dy, cars, away, found)
     for kind in range(2):
         for place in range(MOST_NEAREST):

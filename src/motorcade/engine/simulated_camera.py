@@ -24,7 +24,8 @@ Colours = NDArray[np.float32]
 RGB = tuple[int, int, int]
 Floats = NDArray[np.float64]
 
-WIDTH, HEIGHT = 320, 240
+WIDTH = 320
+HEIGHT = 240
 _HALF_VIEW_DEG = 35
 _CAMERA_M = 0.09
 _WALL_M = 0.3
@@ -38,16 +39,22 @@ _NEAR_M = 0.02
 _MOST_BILLBOARDS = 200
 _QUALITY = 70
 
-_SKY, _HAZE = (150, 190, 225), (205, 215, 222)
-_FLOOR, _LINE = (228, 222, 208), (180, 170, 150)
+_SKY = (150, 190, 225)
+_HAZE = (205, 215, 222)
+_FLOOR = (228, 222, 208)
+_LINE = (180, 170, 150)
 _OUTSIDE = (190, 186, 176)
 _DARK = (30, 31, 36)
 # Dark marks on the floor are drawn once, from above: so fine where they are no larger than the picture may be.
 _FINE_M = 0.005
 _MOST_CELLS = 4000
-_WALL, _OBSTACLE = (200, 120, 80), (120, 130, 145)
-_LEADER, _FOLLOWER, _PERSON = (36, 87, 197), (176, 42, 91), (80, 110, 80)
-_LAMP, _TAIL = (255, 250, 220), (220, 30, 30)
+_WALL = (200, 120, 80)
+_OBSTACLE = (120, 130, 145)
+_LEADER = (36, 87, 197)
+_FOLLOWER = (176, 42, 91)
+_PERSON = (80, 110, 80)
+_LAMP = (255, 250, 220)
+_TAIL = (220, 30, 30)
 _LED_COLOURS: list[RGB] = [(int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)) for colour in LEDS]
 
 
@@ -137,8 +144,10 @@ class Scene:
     def draw(self, now: Moment, car: int) -> NDArray[np.uint8]:
         """Draw the picture of a car's camera at a moment: (height, width, 3), red, green and blue."""
         heading = float(now.heading[car])
-        cos, sin = math.cos(heading), math.sin(heading)
-        x, y = float(now.x_m[car]) + self._radius_m * cos, float(now.y_m[car]) + self._radius_m * sin
+        cos = math.cos(heading)
+        sin = math.sin(heading)
+        x = float(now.x_m[car]) + self._radius_m * cos
+        y = float(now.y_m[car]) + self._radius_m * sin
         picture = self._background.copy()
         self._draw_floor(picture, x, y, cos, sin)
         depths = self._draw_walls(picture, x, y, cos, sin)
@@ -150,7 +159,8 @@ class Scene:
     def _draw_floor(self, picture: Colours, x: float, y: float, cos: float, sin: float) -> None:
         ahead = self._floor_m[:, None]
         aside = ahead * self._slopes
-        floor_x, floor_y = x + ahead * cos - aside * sin, y + ahead * sin + aside * cos
+        floor_x = x + ahead * cos - aside * sin
+        floor_y = y + ahead * sin + aside * cos
         # Far away a line is one pixel wide, and it fades where lines are too close together.
         wide = np.maximum(0.006, self._floor_m / self._focus * 1.2)[:, None]
         near_x, near_y = (np.abs((axis / _TILE_M + 0.5) % 1 - 0.5) * _TILE_M for axis in (floor_x, floor_y))
@@ -185,8 +195,10 @@ class Scene:
     def _seen_walls(self, x: float, y: float, cos: float, sin: float) -> tuple[Floats, Floats]:
         """How far ahead each wall is in each column, inf where it isn't seen, and its colour there."""
         x0, y0, x1, y1, solid = self._walls.T[..., None]
-        ahead_0, aside_0 = (x0 - x) * cos + (y0 - y) * sin, (y0 - y) * cos - (x0 - x) * sin
-        ahead, aside = (x1 - x0) * cos + (y1 - y0) * sin, (y1 - y0) * cos - (x1 - x0) * sin
+        ahead_0 = (x0 - x) * cos + (y0 - y) * sin
+        aside_0 = (y0 - y) * cos - (x0 - x) * sin
+        ahead = (x1 - x0) * cos + (y1 - y0) * sin
+        aside = (y1 - y0) * cos - (x1 - x0) * sin
         with np.errstate(divide="ignore", invalid="ignore"):
             part = (ahead_0 * self._slopes - aside_0) / (aside - ahead * self._slopes)
             far = ahead_0 + part * ahead
@@ -198,7 +210,8 @@ class Scene:
     def _seen_discs(self, x: float, y: float, cos: float, sin: float) -> tuple[Floats, Floats]:
         """How far ahead each round obstacle is in each column, inf where it isn't seen, and its colour there."""
         disc_x, disc_y, radius = self._discs.T[..., None]
-        ahead, aside = (disc_x - x) * cos + (disc_y - y) * sin, (disc_y - y) * cos - (disc_x - x) * sin
+        ahead = (disc_x - x) * cos + (disc_y - y) * sin
+        aside = (disc_y - y) * cos - (disc_x - x) * sin
         a = 1 + self._slopes**2
         b = ahead + aside * self._slopes
         root = b * b - a * (ahead * ahead + aside * aside - radius * radius)
@@ -209,8 +222,10 @@ class Scene:
 
     def _billboards(self, now: Moment, car: int, x: float, y: float, cos: float, sin: float) -> list[_Billboard]:
         """The billboards of cars and people in view, the farthest first."""
-        dx, dy = now.x_m.astype(float) - x, now.y_m.astype(float) - y
-        ahead, aside = dx * cos + dy * sin, dy * cos - dx * sin
+        dx = now.x_m.astype(float) - x
+        dy = now.y_m.astype(float) - y
+        ahead = dx * cos + dy * sin
+        aside = dy * cos - dx * sin
         wide = abs(self._slopes[0])
         in_view = (ahead > _NEAR_M) & (ahead < _HAZE_M) & (np.abs(aside) < ahead * wide + self._radius_m)
         in_view[car] = False
@@ -220,7 +235,8 @@ class Scene:
             billboard for k in near for billboard in self._car(now, int(k), float(ahead[k]), float(aside[k]), cos, sin)
         ]
         for person_x, person_y in people_at(self._mat, now.t_ms, InterpretedKernels()):
-            to_x, to_y = person_x - x, person_y - y
+            to_x = person_x - x
+            to_y = person_y - y
             half_m, high_m = _PERSON_M
             at = to_x * cos + to_y * sin, to_y * cos - to_x * sin
             billboards.append(_Billboard(*at, half_m, 0.0, high_m, _PERSON))
@@ -235,8 +251,10 @@ class Scene:
         led = int(now.led[k])
         if led < len(_LED_COLOURS):
             billboards.append(_Billboard(ahead - 1e-4, aside, _LED_M, _CAR_M, _CAR_M + 2 * _LED_M, _LED_COLOURS[led]))
-        look_x, look_y = math.cos(now.heading[k]), math.sin(now.heading[k])
-        along, across = look_x * cos + look_y * sin, look_y * cos - look_x * sin
+        look_x = math.cos(now.heading[k])
+        look_y = math.sin(now.heading[k])
+        along = look_x * cos + look_y * sin
+        across = look_y * cos - look_x * sin
         for end, colour in ((1, _LAMP), (-1, _TAIL)):
             for side in (0.5, -0.5):
                 # The lamp's place on the round body, seen from here; the body hides lamps on its far side.

@@ -116,7 +116,8 @@ class LiveWorld:
     def board(self, car: int) -> SimulatedBoard:
         """Return the board of a car. It has a program where it follows, or leads and its image has states."""
         program = sum(self._world.mat.starts.leads[: car + 1]) - 1
-        leads, images = self._world.mat.starts.leads[car], self._world.images
+        leads = self._world.mat.starts.leads[car]
+        images = self._world.images
         return self._driven.board(car, has_program=not leads or images[program % len(images)][0] > 0)
 
     def advance(self) -> None:

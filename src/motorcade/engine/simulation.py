@@ -184,11 +184,13 @@ class Simulation(Running):
         infrared = self.profile.infrared
         profile = replace(self.profile, infrared=replace(infrared, range_mm=range_mm or infrared.range_mm))
         self._set_environment(mat, profile)
-        self.mat, self.profile = mat, profile
+        self.mat = mat
+        self.profile = profile
         self._wake()
 
     def _set_environment(self, mat: Mat, profile: Profile) -> None:
-        backend, rules = self.backend, layout.rules_of(mat, profile, self.images)
+        backend = self.backend
+        rules = layout.rules_of(mat, profile, self.images)
         self._look_mm = released_mm(profile.drive.obstacle_stop_mm)
         self._obstacles = layout.obstacles_of(mat, rules, backend, self._look_mm)
         self._rules = allocate_all(backend, rules)
@@ -335,7 +337,8 @@ class Simulation(Running):
             raise MotorcadeError("world-keeps-no-events")
         world = self._checked_world(world)
         taken = array("I", self.untaken_rows(world))
-        memory, count = self.backend, len(taken) // events.COLUMNS
+        memory = self.backend
+        count = len(taken) // events.COLUMNS
         rows = memory.allocate("taken", Buffer.of("uint32", taken, events.COLUMNS))
         order = memory.zeros("order of events", (2, count), "int64")
         in_order = memory.zeros("events in order", (count, events.COLUMNS), "uint32")

@@ -12,7 +12,8 @@ from collections.abc import Callable
 # Ctrl-C waits for a call at most.
 CALL_S = 0.06
 # The first slice: so many cars times ticks take some ms in machine code.
-_FIRST, _FIRST_INTERPRETED = 1 << 16, 1 << 8
+_FIRST = 1 << 16
+_FIRST_INTERPRETED = 1 << 8
 # No slice has more, for each second that it may take: a slow computer takes a few seconds if all these cars are busy.
 _MOST_A_SECOND = 1 << 24
 
@@ -39,7 +40,8 @@ class Slices:
     ) -> None:
         self.ticks = max((_FIRST_INTERPRETED if interpreted else _FIRST) // cars, 1)
         self._most = int(longest_s * _MOST_A_SECOND) // cars
-        self._longest_s, self._clock_s = longest_s, clock_s
+        self._longest_s = longest_s
+        self._clock_s = clock_s
 
     def measure(self, ticks: int, simulate: Callable[[], None]) -> None:
         """Simulate a slice of so many ticks; adapt the following ones where it was as long as a slice may be."""

@@ -32,7 +32,8 @@ class WebAssemblyKernels(NumpyArrays, LinearMemory):
         exports = wasmtime.Instance(self._store, module, []).exports(self._store)
         functions = ((name, exports.get(name)) for name in module_arguments())
         self._kernels = {name: kernel for name, kernel in functions if isinstance(kernel, wasmtime.Func)}
-        memory, heap = exports["memory"], exports["__heap_base"]
+        memory = exports["memory"]
+        heap = exports["__heap_base"]
         assert isinstance(memory, wasmtime.Memory)
         assert isinstance(heap, wasmtime.Global)
         self._memory = memory

@@ -44,7 +44,8 @@ from motorcade.words.packing import words_to_bytes
 _LARGE = 20_000
 _WHOLE_RUN = 1 << 62
 # The cars of many worlds from which on a run has long slices, and how long these are at most.
-_UNCACHED, _LONG_SLICE_S = 8_000, 1.5
+_UNCACHED = 8_000
+_LONG_SLICE_S = 1.5
 # WebAssembly addresses 4 GiB. Arrays that grow leave gaps, and the sizes here are estimates.
 _MOST_BYTES = 3 << 30
 _MOST_THREADS = 1024
@@ -98,9 +99,11 @@ class World(SavableSimulation):
         kernels: BackendName | None,
     ) -> None:
         """Make the worlds on a mat that has been checked."""
-        self._given_threads, self._given_kernels = threads, kernels
+        self._given_threads = threads
+        self._given_kernels = kernels
         self.threads = processors() if threads is None else to_whole("threads", threads, 1, _MOST_THREADS)
-        cars, worlds = len(mat.starts), len(seeds)
+        cars = len(mat.starts)
+        worlds = len(seeds)
         needed = cars * worlds * layout.BYTES_A_CAR
         _check_memory(cars * worlds, needed)
         backend = open_backend(kernels, needed)
@@ -116,7 +119,8 @@ class World(SavableSimulation):
         super().__init__(mat, images, profile, backend, seeds=seeds, events=events, parts=parts, shares=shares)
         if has_long_slices:
             longest_s = min(CALL_S * self._shares / working, _LONG_SLICE_S)
-            self._slices, self._can_go_back = Slices(cars * worlds, longest_s=longest_s), True
+            self._slices = Slices(cars * worlds, longest_s=longest_s)
+            self._can_go_back = True
 
     def _check_mat(self, mat: Mat, profile: Profile | None) -> None:
         """Check what is around the cars and, for cars of a profile, their places."""
@@ -182,7 +186,8 @@ class World(SavableSimulation):
     def _events_of(self, world: int) -> NDArray[np.void]:
         rows = self.take_rows(world)
         taken = np.zeros(len(rows), EVENT)
-        taken["world"], taken["run"] = world, self.run_number
+        taken["world"] = world
+        taken["run"] = self.run_number
         for name in Event._fields:
             taken[name] = rows[:, getattr(event_rows, name.upper())]
         return taken
@@ -215,7 +220,8 @@ class World(SavableSimulation):
             advance()
 
     def _call(self, until: int) -> int:
-        backend, moment = self.backend, (until, self._spoken_at, self._spoken)
+        backend = self.backend
+        moment = (until, self._spoken_at, self._spoken)
         if self._is_large and isinstance(backend, NativeKernels):
             scratch = backend.zeros("scratch", (self.threads, self.cars), "uint32")
             return backend.run_large(self.threads, *moment, self.arrays(), self._seeds, scratch)
