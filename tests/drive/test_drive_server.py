@@ -5,6 +5,7 @@ import contextlib
 import json
 import socket
 import struct
+import threading
 from collections.abc import AsyncIterator
 from dataclasses import replace
 
@@ -12,11 +13,13 @@ import pytest
 
 from motorcade.drive.keys import server_context
 from motorcade.drive.listener import DRIVE_PLACES
+from motorcade.drive.server import Watchdog
+from motorcade.drive.session import CarControl
 from motorcade.drive.wire import pack_frame
 from motorcade.words.formats import DRIVE
 from support.driven_car import PATIENT, DrivenCar
 from support.loop_car import LoopCar, loop_car
-from support.mock_board import NEUTRAL
+from support.mock_board import CLASSROOM, NEUTRAL, MockDriveBoard
 from support.mock_clock import mock_clock, pass_time
 from support.soak import SOAK
 from support.waiting import DEADLINE_S, until, wait_until
@@ -45,6 +48,23 @@ def answer(car: DrivenCar, **request) -> dict:
 def drive_on(car: DrivenCar, line: socket.socket) -> None:
     """Drive until the wheels turn."""
     wait_until(lambda: line.sendall(MOVE) or car.board.moves)
+
+
+def test_the_hardware_is_closed_when_the_watchdog_no_longer_looks_at_it(monkeypatch):
+    control = CarControl(MockDriveBoard(lambda: 0.0), lambda: 0, CLASSROOM)
+    looks, closed, closed_meanwhile = threading.Event(), threading.Event(), []
+
+    def watch():
+        looks.set()
+        closed_meanwhile.append(closed.wait(0.2))
+        return 0
+
+    monkeypatch.setattr(control, "watch", watch)
+    monkeypatch.setattr(control, "close", closed.set)
+    with contextlib.closing(asyncio.new_event_loop()) as loop, Watchdog(control, loop):
+        assert looks.wait(DEADLINE_S)
+    assert closed.is_set()
+    assert not any(closed_meanwhile)
 
 
 @contextlib.asynccontextmanager
