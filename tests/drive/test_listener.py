@@ -151,6 +151,22 @@ def test_a_flood_that_wants_handshakes_does_not_fill_the_queue_in_which_newcomer
     assert rounds < count / 4
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="its loop doesn't tell whether a client has said anything")
+def test_who_says_nothing_where_keys_are_wanted_is_turned_away_and_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(listener, "HANDSHAKE_S", 0.01)
+    turned_away = []
+
+    async def accept() -> None:
+        tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+        async with listening(lambda _: None, 3, lambda: turned_away.append(True), tls) as clients:
+            for client in clients:
+                client.setblocking(False)
+                assert await asyncio.get_running_loop().sock_recv(client, 1) == b""
+
+    asyncio.run(accept())
+    assert len(turned_away) == 3
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems have 127.0.0.1 alone")
 def test_a_newcomer_goes_before_many_addresses_whose_handshakes_were_halves(monkeypatch: pytest.MonkeyPatch) -> None:
     """A stranger may have many addresses. How many handshakes begin before the newcomer's is counted, not timed."""
