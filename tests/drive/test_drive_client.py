@@ -170,6 +170,17 @@ async def test_where_no_car_is_the_sentence_names_the_address_and_the_reason():
 
 
 @mock_clock
+async def test_a_car_whose_port_for_telemetry_is_closed_is_told_from_an_absent_one():
+    with socket.socket() as closed:
+        closed.bind(("127.0.0.1", 0))
+        async with loop_car() as car:
+            driver = DriveClient("127.0.0.1", car.port, telemetry_port=closed.getsockname()[1], patience_s=1)
+            with pytest.raises(DriveError) as refused:
+                await driver.__aenter__()
+    assert refused.value.code == "no-telemetry"
+
+
+@mock_clock
 async def test_a_car_that_stays_away_is_an_error_of_the_next_command():
     async with AsyncExitStack() as stack:
         async with loop_car() as car:

@@ -8,6 +8,7 @@ import struct
 import threading
 from collections.abc import AsyncIterator
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
@@ -109,6 +110,32 @@ def test_a_server_that_is_stuck_stops_the_wheels_and_drops_what_came_meanwhile()
         wait_until(lambda: line.sendall(MOVE) or counts["needs-neutral"] > refused + 2)
         assert len(car.board.notes) == notes
         assert car.control.telemetry().stalls > stalls
+
+
+def test_the_board_is_closed_when_nobody_watches_over_it_any_more() -> None:
+    """Else the hardware would be written to that another program may have by then."""
+    control = CarControl(MockDriveBoard(lambda: 0.0), lambda: 0, CLASSROOM)
+    done: list[str] = []
+    watches, is_closed = threading.Event(), threading.Event()
+
+    def watch() -> int:
+        watches.set()
+        # The car ends while this is under way; it would not wait for ever.
+        is_closed.wait(0.05)
+        done.append("watched")
+        return 0
+
+    def close() -> None:
+        done.append("closed")
+        is_closed.set()
+
+    control.watch, control.close = watch, close
+    with Watchdog(control, SimpleNamespace(call_soon_threadsafe=lambda call: None)):
+        assert watches.wait(DEADLINE_S)
+    for thread in threading.enumerate():
+        if thread.name == "drive watchdog":
+            thread.join(DEADLINE_S)
+    assert done[-1] == "closed"
 
 
 def test_the_wheels_stand_still_before_the_first_command_and_after_the_last() -> None:

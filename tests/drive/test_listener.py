@@ -10,13 +10,15 @@ import threading
 from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
 from functools import partial
+from itertools import pairwise
 
 import pytest
 
 from motorcade.drive import listener
 from motorcade.drive.listener import Listener, bind
 from support.driven_car import PATIENT, DrivenCar
-from support.waiting import DEADLINE_S, wait_until
+from support.mock_clock import mock_clock
+from support.waiting import DEADLINE_S, until, wait_until
 
 STARTS, KNOCKS = 3, 5
 MUCH_BYTES = 10_000_000
@@ -217,3 +219,31 @@ def is_answered(client: socket.socket) -> bool:
     except ConnectionError:
         return True
     return True
+
+
+@mock_clock
+async def test_handshakes_leave_half_of_the_time_to_who_is_connected() -> None:
+    """What is computed at the begin of each takes time, here of a clock that only jumps."""
+    clock = asyncio.get_running_loop()
+    begun_s: list[float] = []
+    cost_s = 0.1
+
+    class Slow(Listener):
+        def _accept(self, line: socket.socket, address: str) -> None:
+            begun_s.append(clock.time())
+            clock.jump(cost_s)
+            super()._accept(line, address)
+
+    tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    with bind("127.0.0.1", 0) as bound, contextlib.ExitStack() as held:
+        slow = Slow(bound, partial(Standing, lambda _: None), lambda: None, tls)
+        for _ in range(5):
+            held.enter_context(socket.create_connection(slow.address)).sendall(b"\x16")
+        serving = asyncio.ensure_future(slow.serve())
+        await until(lambda: len(begun_s) == 5)
+        slow.close_to_newcomers()
+        serving.cancel()
+        await asyncio.gather(serving, return_exceptions=True)
+        slow.drop_all()
+    gaps_s = [later - sooner for sooner, later in pairwise(begun_s)]
+    assert min(gaps_s) > 1.9 * cost_s

@@ -60,17 +60,17 @@ class CarStatus(NamedTuple):
     name: str
     where: str
     kind: str
-    number: int | None = None
-    role: str = ""
-    board: str = ""
-    version: str = ""
-    state: str = ""
-    words: int | None = None
-    crc32: str | None = None
-    battery_mv: int | None = None
-    away: bool = True
-    silent_s: float | None = None
-    problem: MotorcadeError | None = None
+    number: int | None
+    role: str
+    board: str
+    version: str
+    state: str
+    words: int | None
+    crc32: str | None
+    battery_mv: int | None
+    away: bool
+    silent_s: float | None
+    problem: MotorcadeError | None
 
 
 class Verdict(NamedTuple):

@@ -2,15 +2,19 @@
 
 import io
 from contextlib import contextmanager
+from types import SimpleNamespace
 
 import pytest
 from PIL import Image
 
 from motorcade.drive.wire import SessionError
 from motorcade.engine.state import DRIVEN
+from motorcade.errors import MotorcadeError
 from motorcade.server.fleet import RemoteCar
+from motorcade.server.studio.driving import SessionFleet
 from support.driven_car import PATIENT, DrivenCar
 from support.remote_page import PageSocket, RemotePage
+from support.rooms import in_loop
 from support.world_page import KEY, OTHER, server
 
 HERE = "127.0.0.1:7700"
@@ -211,6 +215,18 @@ def test_each_car_has_its_own_camera_in_a_playing_and_a_paused_world(client):
         assert picture(client, 0) != first
         studio.send("play")
         assert picture(client, 1)
+
+
+@in_loop
+async def test_a_world_has_sixteen_cameras_at_most():
+    async def cars(job):
+        return 20
+
+    fleet = SessionFleet(SimpleNamespace(work=cars))
+    held = [await fleet.camera(str(car)) for car in range(16)]
+    assert await fleet.camera("3") is held[3]
+    with pytest.raises(MotorcadeError, match="16"):
+        await fleet.camera("16")
 
 
 def picture(client, car):
