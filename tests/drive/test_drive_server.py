@@ -51,23 +51,6 @@ def drive_on(car: DrivenCar, line: socket.socket) -> None:
     wait_until(lambda: line.sendall(MOVE) or car.board.moves)
 
 
-def test_the_hardware_is_closed_when_the_watchdog_no_longer_looks_at_it(monkeypatch):
-    control = CarControl(MockDriveBoard(lambda: 0.0), lambda: 0, CLASSROOM)
-    looks, closed, closed_meanwhile = threading.Event(), threading.Event(), []
-
-    def watch():
-        looks.set()
-        closed_meanwhile.append(closed.wait(0.2))
-        return 0
-
-    monkeypatch.setattr(control, "watch", watch)
-    monkeypatch.setattr(control, "close", closed.set)
-    with contextlib.closing(asyncio.new_event_loop()) as loop, Watchdog(control, loop):
-        assert looks.wait(DEADLINE_S)
-    assert closed.is_set()
-    assert not any(closed_meanwhile)
-
-
 @contextlib.asynccontextmanager
 async def driver_of(car: LoopCar) -> AsyncIterator[asyncio.StreamWriter]:
     """A client of the bare four bytes, in the car's own loop, whose command turns the wheels."""
