@@ -7,8 +7,9 @@ calendar that is set, and files that somebody has damaged. `tests.faults.class_r
 
 import asyncio
 import re
-from collections.abc import Awaitable, Callable
-from typing import Any
+from collections import Counter
+from collections.abc import Awaitable, Callable, Sequence
+from typing import Any, TypeVar
 
 from tests.faults import (
     lesson_cars,
@@ -39,7 +40,7 @@ from motorcade.server.running import url_of
 from motorcade.service.messages import sentences
 from motorcade.service.requests import REQUESTS as STUDIO_REQUESTS
 
-_ACTS = 34
+_ACTS, _TURNS = 34, 7
 _MOST_WAITING_BYTES = 1 << 20
 CABLE, CAR = "", lesson_cars.CAR
 # Pages are sent a change at most so much later.
@@ -51,6 +52,7 @@ _SESSION_KEY = re.compile("[0-9a-f]{32}")
 _HEADERS = ("content-security-policy", "x-content-type-options", "x-frame-options", "cache-control")
 TABLE = (*REQUESTS, *STUDIO_REQUESTS)
 WINDOWS = ("leader", "followers")
+_T = TypeVar("_T")
 
 
 class Pupil:
@@ -94,7 +96,7 @@ class Pupil:
     def tell(self, kind: str, name: str | dict[str, str], sender: str) -> None:
         """Something came."""
         self.told += 1
-        self.news = [*self.news, (self.told, kind, name, sender)][-20:]
+        self.news = [*self.news, (self.told, kind, name, sender)][-lesson_work.MOST_NEWS :]
 
 
 class LessonPair:
@@ -161,6 +163,7 @@ class Lesson(ClassComputer):
         self.network.link("people", 0.002)
         self.network.link("server", 0.001)
         # The real car, where it is switched on.
+        self.car: Process | None = None
         self.board: Any = None
         self.control: Any = None
         self.car_is_stopped = False
@@ -173,6 +176,9 @@ class Lesson(ClassComputer):
         self.may_see: dict[str, set[str]] = {}
         self.whose: dict[Browser, Pupil] = {}
         self._marks = self._addresses = self.studios = 0
+        self._first_turn = _TURNS * int(room.seed.rpartition(" ")[2])
+        # By how many there are.
+        self._turns: Counter[int] = Counter()
         self._acts: list[tuple[float, Callable[[Lesson], Awaitable[None]]]] = [
             *lesson_doors.ACTS,
             *lesson_strangers.ACTS,
@@ -202,6 +208,12 @@ class Lesson(ClassComputer):
         browser.note = self._note_path
         return browser
 
+    def is_connected(self, writer: asyncio.StreamWriter) -> bool:
+        """Whether the server still has a connection."""
+        own = writer.get_extra_info("sockname")
+        transports = self.loop.transports() if self.loop else []
+        return any(each.get_extra_info("peername") == own and not each.is_closing() for each in transports)
+
     def twin(self, browser: Browser) -> Browser:
         """Another tab of a browser."""
         tab = self.new_browser()
@@ -228,6 +240,12 @@ class Lesson(ClassComputer):
         """What no other text of the run contains."""
         self._marks += 1
         return f"# mark-{self._marks}-"
+
+    def in_turn(self, some: Sequence[_T]) -> _T:
+        """The next of some, which begin elsewhere with each seed: few seeds come to all."""
+        count = len(some)
+        self._turns[count] += 1
+        return some[(self._first_turn + self._turns[count]) % count]
 
     def draw(self, some: list[Any]) -> Any:
         return self.random.choice(some) if some else None

@@ -52,7 +52,7 @@ _MANY_ERRORS = 300
 
 def start_car(run: "Lesson") -> None:
     """Start the drive server of the class's car."""
-    process = Process(run.world, "car", 0.001)
+    process = run.car = Process(run.world, "car", 0.001)
     loop = SimulatedLoop(process, run.network)
     run.board = CountingBoard()
 
@@ -394,11 +394,17 @@ async def _draw(page: SimulatedPage) -> None:
 
 async def _freeze_world(run: "Lesson", page: SimulatedPage) -> None:
     if run.random.random() < 0.4:
+        own = (await run.teacher.open(f"world?session={_TEACHERS_KEY}")).follow()
+        own.send(_SET)
+        own.send({"do": "play", "speed": 1.0})
         await run.expect("as-asked", run.teacher, "teacher/freeze", DONE, frozen=True)
         await asyncio.sleep(0.4)
-        pictures = page.pictures
+        pictures, drawn = page.pictures, asyncio.create_task(_draw(own))
         await asyncio.sleep(0.4)
         run.world.keep("one-holder", page.pictures - pictures <= 1, "a world goes on while all is frozen")
+        run.world.keep("as-asked", bool((own.newest("state") or {}).get("playing")), "the teacher's world is paused")
+        drawn.cancel()
+        own.close()
         page.send({"do": "step", "ticks": 5})
         await asyncio.sleep(0.2)
         run.world.keep("one-holder", "class-frozen" in page.codes(), "a step while all is frozen")

@@ -23,6 +23,14 @@ _SLOW = 6
 
 async def full_disk(run: "Lesson") -> None:
     """The disk is full: what has to be stored is refused and changes nothing; whoever leaves is out, for good."""
+    if run.loop and run.random.random() < 0.5:
+        # The file is being written, without what happens meanwhile; that stays so whatever can't be stored later.
+        run.loop.late_s = 0.5
+        storing = asyncio.create_task(lesson_teacher.settings(run))
+        await asyncio.sleep(0.05)
+        run.loop.late_s = 0.0
+        await lesson_doors.leave(run)
+        await storing
     run.disk.fill()
     run.disk.free_bytes = run.random.choice((0, 30))
     refused = run.random.sample((_join, _rename, _new_code, _hand_out, _save, _draft, _new_number), 3)
@@ -77,7 +85,9 @@ async def _new_number(run: "Lesson") -> None:
 
 
 async def _hand_out(run: "Lesson") -> None:
-    await _refused(run, run.teacher, "teacher/hand-out", mission={"id": lesson_work.MISSIONS[-1]})
+    is_full = len(run.missions) >= lesson_work.MOST_MISSIONS
+    mission = run.missions[0] if is_full else {"id": lesson_work.MISSIONS[-1]}
+    await _refused(run, run.teacher, "teacher/hand-out", mission=mission)
 
 
 async def _save(run: "Lesson") -> None:

@@ -338,7 +338,7 @@ ACTS = [
     (3.0, join),
     (0.5, check_code),
     (1.5, come_back),
-    (0.2, many_devices),
+    (0.4, many_devices),
     (0.8, leave),
     (0.7, about),
     (0.8, guess_password),

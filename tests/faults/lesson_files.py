@@ -79,6 +79,13 @@ def _check_record(run: "Lesson") -> None:
     run.world.keep("no-secrets", not told, f"{told} in the class's file")
 
 
+def check_settled(run: "Lesson") -> None:
+    """Some seconds later nothing is left to be deleted, and there is no pair that nobody is in."""
+    stored = record(run)
+    left = [pair["id"] for pair in stored["pairs"] if not pair["members"]], stored["removed"]
+    run.world.keep("ended-is-gone", left == ([], []), f"{left} is left")
+
+
 def _check_sign_ins(run: "Lesson", stored: list[dict[str, Any]]) -> None:
     """The browsers in which the teacher is signed in are in the file, and for how long, whatever the calendar shows."""
     found = [each["device"] for each in stored]

@@ -156,6 +156,10 @@ async def take_window(run: "Lesson") -> None:
         return
     window, wants = run.random.choice(("leader", "followers")), run.random.random() < 0.6
     pair, wanted = joined_pair(run, who), DONE
+    owner = pair.owners[window] if pair else None
+    if owner and not owner.pages and 16.0 < run.world.now_s - owner.left_s < 21.0:
+        # A server that started within this time has counted for less long.
+        return
     if pair is None:
         wanted = "not-in-a-pair"
     elif pair.owners[window] not in (None, who) and not run.is_away(pair.owners[window]):

@@ -15,11 +15,13 @@ from motorcade.classroom.folder import RECORD
 from motorcade.service.requests import REQUESTS as STUDIO_REQUESTS
 
 if TYPE_CHECKING:
-    from tests.faults.lesson import Lesson
+    from tests.faults.lesson import Lesson, Pupil
 
 _KEY = "0123456789abcdef" * 2
 # A request has so long; a pupil so many sockets.
 _REQUEST_S, _MOST_SOCKETS = 30.0, 8
+_MANY = 2000
+_PIPELINED = b"POST /api/class/about HTTP/1.1\r\nHost: 192.168.1.5:7710\r\nContent-Length: 2\r\n\r\n{}"
 # An address has at most 128 connections.
 _MUTE = 140
 # WebSockets, and whom they are for.
@@ -50,14 +52,14 @@ async def strangers_ask(run: "Lesson") -> None:
     """Strangers, who was removed, and thieves of cookies send any requests; pupils send those of the teacher."""
     random, outsiders = run.random, [run.new_browser(), await thief(run)]
     outsiders += [device for pupil in run.out[-2:] for device in pupil.devices[:1]]
-    for _ in range(8):
+    for _ in range(14):
         outsider = random.choice(outsiders)
-        request = random.choice(requests_of("member"))
+        request = run.in_turn(requests_of("member"))
         await run.expect("strangers-stay-out", outsider, request, "class-session-needed", **message_of(run, request))
-        request = random.choice(requests_of("teacher"))
+        request = run.in_turn(requests_of("teacher"))
         who = random.choice([outsider, *(pupil.browser for pupil in run.pupils)])
         await run.expect("teacher-only", who, request, "teacher-session-needed", **message_of(run, request))
-        await asyncio.sleep(0.1)
+        await asyncio.sleep(0.15)
 
 
 def message_of(run: "Lesson", request: str) -> dict[str, Any]:
@@ -219,6 +221,9 @@ async def flood(run: "Lesson") -> None:
         await run.expect("nobody-waits", other, "class/about", DONE)
     await asyncio.sleep(2.1)
     await run.expect("nobody-waits", who, request, DONE)
+    # The teacher isn't kept waiting.
+    outcomes = [(await run.ask(run.teacher, "projects/place"))[0] for _ in range(60)]
+    run.world.keep("nobody-waits", outcomes == [DONE] * 60, "the teacher may not ask: {}", outcomes[-1])
 
 
 async def guess_without_end(run: "Lesson") -> None:
@@ -287,7 +292,15 @@ async def say_nothing(run: "Lesson") -> None:
         reader, writer = await asyncio.open_connection("server", 7710, local_addr=(address, 0))
         writer.write(half)
         streams.append((reader, writer))
-    await asyncio.sleep(_REQUEST_S * 2 + 2.0)
+    # One asks without end, and takes no answer.
+    mute = (await asyncio.open_connection("server", 7710, local_addr=(address, 0)))[1]
+    mute.transport.pause_reading()  # type: ignore[attr-defined]
+    mute.write(_PIPELINED * _MANY)
+    await asyncio.sleep(1.0)
+    run.world.keep("bounded", run.is_connected(mute), "a connection is closed at once")
+    await asyncio.sleep(_REQUEST_S * 2 + 1.0)
+    run.world.keep("bounded", not run.is_connected(mute), "a connection is kept that takes nothing")
+    mute.transport.abort()
     for (reader, writer), half in zip(streams, halves, strict=True):
         run.world.keep("bounded", reader.at_eof() or writer.is_closing(), f"a connection is kept that said {half!r}")
         writer.transport.abort()
@@ -313,7 +326,11 @@ async def flood_socket(run: "Lesson") -> None:
     pupil = run.draw([each for each in run.pupils if each.page])
     if pupil is None:
         return
-    kind = run.random.choice(("messages", "pings", "sockets", "nonsense"))
+    for kind in run.random.sample(("messages", "pings", "sockets", "nonsense"), 2):
+        await _flood_by(run, pupil, kind)
+
+
+async def _flood_by(run: "Lesson", pupil: "Pupil", kind: str) -> None:
     if kind == "sockets":
         pages = [(await pupil.browser.open("class/stream")).follow() for _ in range(_MOST_SOCKETS + 3)]
         await asyncio.sleep(0.5)
@@ -323,7 +340,8 @@ async def flood_socket(run: "Lesson") -> None:
         for page in pages:
             page.close()
         # The oldest ones gave way, and that was the page's own.
-        pupil.page.close()
+        if pupil.page:
+            pupil.page.close()
         await asyncio.sleep(0.3)
         pupil.page = (await pupil.browser.open("class/stream")).follow()
         pupil.pages = [pupil.page]

@@ -27,7 +27,7 @@ _MARK = re.compile("# mark-[0-9]+-")
 # A stop is shown so soon, before a car that can't be reached is given up.
 _AT_ONCE_S = 0.4
 # A car that comes back is reached within so long.
-_BACK_S = 4.0
+_BACK_S, _FROZEN_S = 4.0, 2.5
 # Whoever is out is sent nothing any more after so long.
 _LAST_WORDS_S = 2.0
 # WebSockets of a pupil's that may say nothing for long.
@@ -131,6 +131,8 @@ async def stop(run: "Lesson") -> None:
 async def stop_and_release(run: "Lesson") -> None:
     """Stops and releases follow each other while a car is perhaps away: the last one holds, also when it comes back."""
     orders = run.random.choices(("teacher/stop-all", "teacher/release-all"), k=3)
+    if run.car and run.random.random() < 0.5:
+        run.car.freeze(_FROZEN_S)
     asked = []
     for order in orders:
         asked.append(asyncio.create_task(run.expect("stop-gets-through", run.twin(run.teacher), order, DONE)))
@@ -140,6 +142,7 @@ async def stop_and_release(run: "Lesson") -> None:
     run.ordered = STOP if run.stopped else GO
     if run.control is None and run.random.random() < 0.6:
         lesson_cars.start_car(run)
+    if run.car:
         await asyncio.sleep(_BACK_S)
     state = run.control and run.control.telemetry().state
     is_so = state is None or (state == "stopped") == run.stopped
@@ -191,6 +194,10 @@ async def _hand_out_mission(
     run: "Lesson", to: "list[Pupil] | None", pupils: "list[Pupil]", message: dict[str, Any]
 ) -> None:
     mission = {"id": run.random.choice(lesson_work.MISSIONS)}
+    if mission not in run.missions and len(run.missions) >= lesson_work.MOST_MISSIONS:
+        wanted = "too-many-handed-out"
+        await run.expect("bounded", run.teacher, "teacher/hand-out", wanted, mission=mission, **message)
+        return
     answer = await run.expect("as-asked", run.teacher, "teacher/hand-out", DONE, mission=mission, **message)
     run.world.keep("as-asked", answer["pupils"] == len(pupils), f"{answer}")
     if mission not in run.missions:
@@ -377,14 +384,17 @@ def write_report(command: list[str]) -> None:
 
 
 async def remove(run: "Lesson") -> None:
-    """The teacher removes a pupil, who is out at once and has left nothing."""
-    pupil = run.draw(run.pupils)
+    """The teacher removes a pupil, most often one who has something, who is out at once and has left nothing."""
+    have = [each for each in (*run.mat_entries, *run.holders.values()) if each in run.pupils]
+    pupil = run.draw(have if have and run.random.random() < 0.7 else run.pupils)
     if pupil:
         pages = [(await pupil.browser.open(path)).follow() for path in _QUIET]
         world = (await pupil.browser.open(f"world?session={lesson_cars.key_of(pupil)}")).follow()
         await asyncio.sleep(0.2)
         await remove_pupil(run, pupil)
         await run.expect("as-asked", run.teacher, "teacher/remove", "no-such-pupil", pupil=pupil.id)
+        if not run.disk.is_full:
+            await run.check_pages()
         await asyncio.sleep(_LAST_WORDS_S)
         left = [path for path, page in zip(_QUIET, pages, strict=True) if not page.has_ended]
         run.world.keep("out-is-out", not left, "{}, who is out, still has {}", pupil.name, left)

@@ -176,6 +176,7 @@ async def rest(run: "Lesson") -> None:
         pupil.page.close()
         pupil.page, pupil.pages, pupil.left_s = None, [], run.world.now_s
     await asyncio.sleep(run.random.choice((5.0, 25.0)))
+    lesson_files.check_settled(run)
     await run.check_pages()
     if pupil and pupil.page is None:
         pupil.page = (await pupil.browser.open("class/stream")).follow()

@@ -20,6 +20,8 @@ async def upload(run: "Lesson") -> None:
     pupil = run.draw(run.pupils)
     if pupil is None:
         return
+    run.frozen = run.random.random() < 0.3
+    await run.expect("as-asked", run.teacher, "teacher/freeze", DONE, frozen=run.frozen)
     port = run.random.choice((SERIAL.port, "virtual", "spy:///dev/ttyTEST?file=/tmp/x", "/dev/other", "socket://a:1"))
     page = (await pupil.browser.open("upload")).follow()
     page.send({"port": port, "image": IMAGE, "profile": "classroom"})
@@ -42,9 +44,10 @@ async def upload(run: "Lesson") -> None:
 
 async def late_upload(run: "Lesson") -> None:
     """Who has lost the cable while the upload waited for its turn uploads nothing through it."""
-    pupil = run.draw([each for each in run.pupils if run.holders[""] is each])
+    pupil = run.draw(run.pupils)
     if pupil is None or run.frozen or run.loop is None:
         return
+    await run.expect("one-holder", run.teacher, "teacher/pass-on", DONE, name="", pupil=pupil.id)
     run.loop.late_s = 1.0
     page = (await pupil.browser.open("upload")).follow()
     page.send({"port": SERIAL.port, "image": IMAGE, "profile": "classroom"})
