@@ -15,7 +15,7 @@ from itertools import pairwise
 import pytest
 
 from motorcade.drive import listener
-from motorcade.drive.listener import Listener, bind
+from motorcade.drive.listener import DRIVE_PLACES, Listener, Places, bind
 from support.driven_car import PATIENT, DrivenCar
 from support.mock_clock import mock_clock
 from support.waiting import DEADLINE_S, until, wait_until
@@ -69,10 +69,11 @@ async def listening(
     count: int,
     turned_away: Callable[[], None] = lambda: None,
     tls: ssl.SSLContext | None = None,
+    places: Places = DRIVE_PLACES,
 ) -> AsyncIterator[list[socket.socket]]:
     """Accept ``count`` clients that came before, while the block runs."""
     with bind("127.0.0.1", 0) as socket_of_listener, contextlib.ExitStack() as held:
-        accepting = Listener(socket_of_listener, partial(Standing, made), turned_away, tls)
+        accepting = Listener(socket_of_listener, partial(Standing, made), turned_away, tls, places)
         clients = [held.enter_context(socket.create_connection(accepting.address)) for _ in range(count)]
         serving = asyncio.ensure_future(accepting.serve())
         async with asyncio.timeout(DEADLINE_S):
@@ -80,6 +81,19 @@ async def listening(
         accepting.close_to_newcomers()
         serving.cancel()
         await asyncio.gather(serving, return_exceptions=True)
+
+
+@pytest.mark.parametrize("burst", [1, 2])
+def test_connections_of_one_address_are_bounded_though_places_are_free(burst: int) -> None:
+    places = Places(most=20, most_of_one_address=4, burst=burst)
+    made, turned_away = [], []
+
+    async def accept() -> None:
+        async with listening(made.append, 10, lambda: turned_away.append(True), places=places):
+            await until(lambda: len(made) + len(turned_away) == 10)
+
+    asyncio.run(accept())
+    assert len(made) == 4 * burst
 
 
 def test_what_a_client_does_not_read_takes_little_of_the_systems_memory() -> None:
