@@ -212,7 +212,8 @@ async def conduct(run: "Lesson") -> None:
 
 async def leave_pair(run: "Lesson") -> None:
     """A pupil leaves the pair, whatever it is called, and has a copy; who refuses gets none."""
-    who = run.draw([each for each in run.pupils if run.pair_of(each)] or run.pupils)
+    asked = [each for pair in run.pairs for each in pair.members if each not in pair.joined]
+    who = run.draw(asked or [each for each in run.pupils if run.pair_of(each)] or run.pupils)
     if who is None:
         return
     pair = run.pair_of(who)
