@@ -385,7 +385,7 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
             "(found for found in reversed(most.values()))",
         ),
         ("left-out-and-whole", "        self._was_left_out = True", "        pass"),
-        ("untried-and-whole", "if self._was_left_out or self._has_untried():", "if self._was_left_out:"),
+        ("untried-and-whole", "if self._was_left_out or self._has_untried() or", "if self._was_left_out or"),
         (
             "away-and-skipped",
             "if skips and status.crc32 == skips and not status.away:",

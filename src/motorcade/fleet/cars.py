@@ -245,8 +245,8 @@ class Cars:
         task.add_done_callback(end)
 
     def _has_untried(self) -> bool:
-        """Whether an address still waits for its first try."""
-        return any(not found.was_tried and at not in self._tasks for at, found in self._found.items())
+        """Whether an address has neither answered nor failed yet: a car may be there, whatever was announced."""
+        return any(not found.was_tried for found in self._found.values())
 
     def _shown(self) -> list[Contact]:
         """Return all places that somebody named, serial ports, and what was announced as a car or answered."""
@@ -261,7 +261,9 @@ class Cars:
 
     async def known(self, within_s: float) -> None:
         """Wait until each car has answered or failed once, at most ``within_s``."""
-        await self._until(lambda: all(contact.is_known.is_set() for contact in self._shown()), within_s)
+        await self._until(
+            lambda: not self._has_untried() and all(contact.is_known.is_set() for contact in self._shown()), within_s
+        )
 
     async def confirmed(self, within_s: float) -> list[CarStatus]:
         """Wait until each car has confirmed the last order, at most ``within_s``; return those that haven't."""
