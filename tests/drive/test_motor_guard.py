@@ -11,6 +11,7 @@ from pathlib import Path
 import psutil
 import pytest
 
+from motorcade.drive.motor_guard import MotorGuard
 from support.waiting import DEADLINE_S, wait_until
 
 TESTS = Path(__file__).parents[1]
@@ -57,6 +58,11 @@ def freeze_while_it_drives(process: subprocess.Popen, file: Path) -> None:
         os.killpg(process.pid, signal.SIGCONT)
         wait_for_last(file, "apply")
         os.killpg(process.pid, signal.SIGSTOP)
+
+
+def test_a_guard_that_ends_while_it_starts_is_none() -> None:
+    with pytest.raises(OSError, match="guard"):
+        MotorGuard(("there_is_no_such_module:stop", ()), PATIENT_MS)
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="only POSIX freezes a process")

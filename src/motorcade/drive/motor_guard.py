@@ -73,10 +73,12 @@ class MotorGuard:
         self._answer_s = patience_ms / 2000
         # When the oldest report was sent that has no answer.
         self._asked_s: float | None = None
+        self._has_answered = False
         self._is_ready = threading.Event()
         self._reader = threading.Thread(target=self._read, name="motor guard's answers", daemon=True)
         self._reader.start()
-        if not self._is_ready.wait(_START_S) or self._process.poll() is not None:
+        self._is_ready.wait(_START_S)
+        if not self._has_answered:
             self.dismiss()
             raise _gone()
 
@@ -116,7 +118,9 @@ class MotorGuard:
     def _read(self) -> None:
         while os.read(self._answers.fileno(), 64):
             self._asked_s = None
+            self._has_answered = True
             self._is_ready.set()
+        # It has ended.
         self._is_ready.set()
 
     def _write(self, report: int) -> None:
