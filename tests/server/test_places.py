@@ -7,10 +7,12 @@ from contextlib import ExitStack, suppress
 from importlib.metadata import version
 from pathlib import Path
 
+import httpx2 as httpx
 import pytest
 from packaging.requirements import Requirement
 from starlette.applications import Starlette
-from starlette.routing import WebSocketRoute
+from starlette.responses import PlainTextResponse
+from starlette.routing import Route, WebSocketRoute
 from starlette.testclient import TestClient
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
@@ -89,6 +91,18 @@ def test_none_of_the_teachers_connections_gives_way_to_a_pupil(monkeypatch):
             for _ in range(2):
                 assert answers(opened(pages, address, who))
         assert all(map(answers, teacher))
+
+
+def test_a_header_of_a_proxy_gives_nobody_another_address():
+    """Else a flood would come from as many addresses as it names."""
+
+    async def client_host(request):
+        return PlainTextResponse(request.client.host)
+
+    app = RequestFilter(Starlette(routes=[Route("/", client_host)]), ServerSettings(), None, holder)
+    with served(lambda: app) as (host, port):
+        forged = {"X-Forwarded-For": "192.0.2.7", "Forwarded": "for=192.0.2.7", "X-Real-IP": "192.0.2.7"}
+        assert httpx.get(f"http://{host}:{port}/", headers=forged, trust_env=False).text == "127.0.0.1"
 
 
 def test_pupils_behind_one_router_have_a_rate_of_requests_each():
