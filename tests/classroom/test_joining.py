@@ -22,6 +22,7 @@ def test_three_steps_let_a_pupil_in(room):
     for browser, who, cars in ((tablet, "pupil", ""), (room.teacher, "teacher", "/api/teacher/cars")):
         able = browser.ask("capabilities")
         assert (able["classroom"], able["cars"]) == (who, cars)
+        assert all(able[what] is True for what in ("serial_ports", "downloads", "driving"))
 
 
 def test_a_pupil_comes_back_at_another_device(room, now):
