@@ -50,7 +50,7 @@ class PupilsPage:
     async def edit(self, every_s: float) -> None:
         """Change a number of a block again and again."""
         block = self._page.locator(".blocklyBlockCanvas .blocklyDraggable").filter(has_text="wait").last
-        field = block.locator(":scope > [role=button]")
+        field = block.locator(":scope > .blocklyNumberField")
         for edit in range(10**6):
             await field.click(force=True)
             await self._page.keyboard.type("23"[edit % 2])

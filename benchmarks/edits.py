@@ -72,7 +72,7 @@ def place_of_wait(page: Page) -> tuple[float, float]:
     """Where the field is, from the left and the top."""
     # The innermost: each block contains those below it.
     block = page.locator(".blocklyBlockCanvas .blocklyDraggable").filter(has_text="wait").last
-    box = block.locator(":scope > [role=button]").bounding_box()
+    box = block.locator(":scope > .blocklyNumberField").bounding_box()
     assert box
     return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
