@@ -51,6 +51,7 @@ def luck_rows(page: Page, goal_s: float, shown: Callable[[], int]) -> Rows:
             page.get_by_role("button", name="Open a mission's file").click()
         chooser.value.set_files(path)
         page.locator("li[data-progress]").first.wait_for(timeout=60_000)
+    page.get_by_role("tab", name="Does it work?", exact=True).click()
     page.locator("#mat-play").click()
     begun, before = time.perf_counter(), shown()
     drawn = page.evaluate(DRAWN, COUNTED_S)
