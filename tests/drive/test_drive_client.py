@@ -181,6 +181,15 @@ async def test_a_car_whose_port_for_telemetry_is_closed_is_told_from_an_absent_o
 
 
 @mock_clock
+async def test_a_client_without_patience_gives_up_at_the_first_try():
+    begin_s = asyncio.get_running_loop().time()
+    with deaf_port() as port, pytest.raises(DriveError):
+        async with DriveClient("127.0.0.1", port, patience_s=0):
+            pass
+    assert asyncio.get_running_loop().time() - begin_s < 1
+
+
+@mock_clock
 async def test_a_car_that_stays_away_is_an_error_of_the_next_command():
     async with AsyncExitStack() as stack:
         async with loop_car() as car:

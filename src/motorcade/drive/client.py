@@ -94,7 +94,9 @@ class DriveClient:
         if keys and telemetry_at is None:
             raise MotorcadeError("keys-need-telemetry")
         self._address = Address(host, port, telemetry_at, keys, (car or host) if keys else None)
-        self._patience_s = patience_s or PATIENCE_S
+        self._patience_s = PATIENCE_S
+        if patience_s is not None:
+            self._patience_s = patience_s
         self._switch = DeadmanSwitch(round(fresh_s * 1000), rearm)
         self.telemetry: Telemetry | None = None
         self.you: dict[str, Any] = {}
