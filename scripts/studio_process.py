@@ -2,11 +2,13 @@
 
 import base64
 import json
+import random
+import socket
 import subprocess
 import sys
 import zlib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -33,8 +35,22 @@ def project_link(url: str, project: dict[str, Any] | str, name: str = "") -> str
     return f"{url}#project={base64.urlsafe_b64encode(packed).decode().rstrip('=')}"
 
 
+def free_port() -> int:
+    """A port of this computer that nobody has, nor the one behind it.
+
+    It is below the ports that systems give to whoever asks for any: while a server is away that will come back at this
+    port, no other program gets it.
+    """
+    while True:
+        port = random.randrange(20_000, 32_000)
+        with socket.socket() as first, socket.socket() as second, suppress(OSError):
+            first.bind(("127.0.0.1", port))
+            second.bind(("127.0.0.1", port + 1))
+            return port
+
+
 class StudioProcess:
-    """``motorcade studio`` with projects in ``library``, on a free port, which stays the same after a restart.
+    """``motorcade studio`` with projects in ``library``, at a port that stays the same after a restart.
 
     ``url`` is the whole address of its page, ``base`` the same without the token.
     """
@@ -44,11 +60,11 @@ class StudioProcess:
         self.url = self.base = ""
         self._python = python
         self._environment = environment
-        self._port = "0"
+        self._port = free_port()
 
     def start(self) -> None:
         """Start it, and return once it answers; sets `url`. Raises RuntimeError where it ends before."""
-        command = [self._python, "-m", "motorcade", "studio", "--port", self._port, "--library", str(self.library)]
+        command = [self._python, "-m", "motorcade", "studio", "--port", str(self._port), "--library", str(self.library)]
         self._process = subprocess.Popen(
             [*command, "--no-browser", "--json"], stdout=subprocess.PIPE, env=self._environment, encoding="utf-8"
         )
@@ -58,7 +74,6 @@ class StudioProcess:
             raise RuntimeError(f"the studio ended with {self._process.wait()} before it was ready")
         self.url = json.loads(line)["url"]
         self.base = self.url.partition("?")[0]
-        self._port = self.base.rstrip("/").rpartition(":")[2]
 
     def kill(self) -> None:
         """End it at once, as a crash would."""

@@ -2,7 +2,6 @@
 
 import contextlib
 import os
-import random
 import shlex
 import signal
 import socket
@@ -12,6 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from scripts.studio_process import free_port
 
 from motorcade import BlockingDriveClient, Program, compile_program, forward, led
 from motorcade.boards.computer import ImageStore
@@ -57,16 +57,6 @@ def stopped_terminal() -> Iterator[int]:
     finally:
         os.close(theirs)
         os.close(ours)
-
-
-def free_port() -> int:
-    """A port that nobody has, nor the one behind it, below those that systems give away."""
-    while True:
-        port = random.randrange(20_000, 32_000)
-        with socket.socket() as first, socket.socket() as second, contextlib.suppress(OSError):
-            first.bind(("127.0.0.1", port))
-            second.bind(("127.0.0.1", port + 1))
-            return port
 
 
 @contextlib.contextmanager

@@ -7,6 +7,7 @@ from itertools import pairwise
 from urllib.parse import urlsplit
 
 from playwright.sync_api import Browser, Locator, Page, ViewportSize, expect
+from scripts.studio_process import free_port
 
 from motorcade.locales import catalogue
 from support.browser_profiles import FEW_PICTURES, Watched, storing
@@ -106,7 +107,7 @@ class ClassRoom:
 
     def __init__(self, browser: Browser, start: Callable):
         self._start = start
-        self.process, told = start(0)
+        self.process, told = start(free_port())
         self.browser, self.told = browser, told
         self.base, self.code = told["addresses"][0], told["code"]
         self.visits: list[ClassVisit] = []

@@ -15,6 +15,7 @@ from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
+from scripts.studio_process import free_port
 from wifi_car import ChipBoard, ChipCable, ChipClock, ChipStation
 
 from motorcade.boards.on_chip.secure_line import serial_number
@@ -32,11 +33,6 @@ from support.strategies import CLASSROOM
 from support.waiting import until, wait_until
 
 pytestmark = pytest.mark.skipif(not hasattr(select, "poll"), reason="Windows has no poll")
-
-
-def free_port():
-    with socket.create_server(("127.0.0.1", 0)) as reserved:
-        return reserved.getsockname()[1]
 
 
 @contextmanager
