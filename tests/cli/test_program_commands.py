@@ -203,7 +203,7 @@ def test_a_text_is_no_program_and_python_text_is_one_for_every_command(tmp_path)
     for command in ("simulate", "upload --port no-such-port", "compile"):
         ran = run(*command.split(), script)
         assert ran.code == 1
-        assert "line 1, column 1: error python-no-program" in only_line(ran.err)
+        assert "line 1, column 1: error python-no-leader" in only_line(ran.err)
 
 
 @pytest.mark.parametrize("name", ["missing/it.image", "."])

@@ -198,6 +198,7 @@ def test_followers_have_settings_and_functions_of_their_own():
         ("def f(n): f(n)\ndef leader(): f(1)", "recursion", 2),
         ("def leader(): leader()", "recursion", 2),
         ("def leader(): pass\nopen('x')", "python-statement-outside", 3),
+        ("def leader(): pass\nleader()", "python-called-outside", 3),
         ("def leader(): pass\nimport os", "python-import", 3),
         ("def leader(): pass\nprogram = Program([])", "python-second-program", 3),
         ("def leader(): pass\ndef followers():\n while person(): wait(1)", "followers-cannot-decide", 4),

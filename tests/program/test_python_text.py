@@ -242,18 +242,19 @@ def test_an_example_is_read_as_python_reads_it_or_refused_at_a_line(file):
         (f"program = Program([forward({'(' * 500}3{')' * 500})])", "not-python", 2, 225),
         (f"x = {'-' * 50_000}1", "not-python", 1, 1),
         (f"x = {'1+' * 50_000}1", "not-python", 1, 1),
-        ("", "python-no-program", 1, 1),
-        ("forward(3)", "python-statement", 2, 1),
+        ("", "python-no-leader", 1, 1),
+        ("forward(3)", "python-no-leader", 2, 1),
+        ("def Leader(): pass", "python-no-leader", 2, 1),
         ("program = forward(3)", "python-no-program", 2, 11),
         ("program = Program([forward(3)])\nprogram = Program([])", "python-second-program", 3, 1),
         ("program = Program(forward(3))", "python-no-list", 2, 19),
         ("program = Program([forward])", "python-not-a-step", 2, 20),
         ("program = Program([Program([])])", "python-not-a-step", 2, 20),
         ("program = Program([forward(1) for n in range(3)])", "python-loop", 2, 19),
-        ("for n in range(3):\n  forward(1)", "python-loop", 2, 1),
-        ("import os", "python-import", 2, 1),
-        ("def f(): pass", "python-function", 2, 1),
-        ("speed = 3", "python-other-variable", 2, 1),
+        ("program = Program([])\nfor n in range(3):\n  forward(1)", "python-statement", 3, 1),
+        ("program = Program([])\nimport os", "python-import", 3, 1),
+        ("program = Program([])\ndef f(): pass", "python-statement", 3, 1),
+        ("program = Program([])\nspeed = 3", "python-statement", 3, 1),
         ("program = Program([*[forward(1)]])", "python-not-a-step", 2, 20),
         ("program = Program(*[[]])", "python-star", 2, 19),
         ("program = Program([forward(**{})])", "python-star", 2, 30),
@@ -293,8 +294,8 @@ def test_columns_count_characters():
 
 
 def test_everything_that_is_wrong_is_told_at_once_but_not_without_end():
-    found = diagnostics_of(HEAD + "x = 1\n" * 100)
-    assert [each.span.line for each in found] == list(range(2, 22))
+    found = diagnostics_of(HEAD + "program = Program([])\n" + "x = 1\n" * 100)
+    assert [each.span.line for each in found] == list(range(3, 23))
     found = diagnostics_of(HEAD + "program = Program([nix(1), led(0, 1, colour=2), forward(x)])\nimport os")
     assert [each.span.column for each in found if each.span.line == 2] == [20, 38, 57]
     (only,) = diagnostics_of("#" * 300_000)

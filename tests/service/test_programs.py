@@ -234,6 +234,29 @@ def with_the_fix(text):
     return fixed
 
 
+@pytest.mark.parametrize(
+    ("text", "said", "fixed"),
+    [
+        (
+            "laps = 0\nwhile True:\n    laps += 1\n\n    forward(1)",
+            "put these lines into 'def leader():'",
+            "def leader():\n    while True:\n        laps += 1\n\n        forward(1)",
+        ),
+        (
+            "def main():\n    forward(1)\n\nmain()\n",
+            "put these lines into 'def leader():'",
+            "def leader():\n    main()\n",
+        ),
+        ("def leader():\n    forward(1)\n\nleader()\n", "delete it", "forward(1)\n\n"),
+    ],
+)
+def test_what_stands_outside_of_functions_as_in_other_programs_is_put_right(text, said, fixed):
+    text = f"from motorcade import *\n{text}"
+    (found,) = diagnostics_of(text)
+    assert found["fixes"][0]["sentence"]["en"] == said
+    assert with_the_fix(text).endswith(fixed)
+
+
 def fixed_text(text, diagnostic, fix):
     """The text after the page has put the value of a fix into it."""
     place, lines = fix.get("place") or diagnostic["place"], text.split("\n")

@@ -108,7 +108,7 @@ def _depth(row: WiringRow) -> int:
 
 def _row(row: WiringRow, y: int, colour: str) -> list[str]:
     drawn = [
-        _wire(y, colour),
+        f'<path d="M{_COMPUTER_RIGHT} {y}H{_DEVICE_LEFT}" stroke="{colour}" stroke-width="3"/>\n',
         _text(_COMPUTER_RIGHT - 12, y + 5, row.label, "end"),
         _text(_DEVICE_LEFT + 12, y + 5, row.terminal, ""),
     ]
@@ -144,10 +144,6 @@ def _box(left: int, top: int, right: int, height: int, colour: str, radius: int 
 
 def _text(x: int, y: int, text: str, kind: str) -> str:
     return f'<text x="{x}" y="{y}" class="{kind}">{escape(text)}</text>\n'
-
-
-def _wire(y: int, colour: str) -> str:
-    return f'<path d="M{_COMPUTER_RIGHT} {y}H{_DEVICE_LEFT}" stroke="{colour}" stroke-width="3"/>\n'
 
 
 def _line(x: int, top: int, bottom: int, colour: str) -> str:

@@ -74,11 +74,9 @@ class Clients:
         self.channels: list[TelemetryChannel] = []
         self.has_channels = asyncio.Event()
         self.refusals = Refusals(control.clock)
-        self.later: Callable[[float, Callable[[], None]], asyncio.TimerHandle] = _call_later
-
-
-def _call_later(seconds: float, call: Callable[[], None]) -> asyncio.TimerHandle:
-    return asyncio.get_running_loop().call_later(seconds, call)
+        self.later: Callable[[float, Callable[[], None]], asyncio.TimerHandle] = lambda seconds, call: (
+            asyncio.get_running_loop().call_later(seconds, call)
+        )
 
 
 class Channel(asyncio.BaseProtocol):

@@ -69,7 +69,8 @@ class CounterNumbers:
         self.names: dict[int, str] = {}
         self.problems: list[Diagnostic] = []
         steps = list(steps)
-        raw = {step.counter for _, step in steps if isinstance(step, FlowStep) and _uses_counter(step)}
+        flow = [step for _, step in steps if isinstance(step, FlowStep)]
+        raw = {step.counter for step in flow if step.op == "count" or step.condition == "counter"}
         for path, step in steps:
             names = [name for condition in conditions_of(step) for name in counters_in(condition)]
             if isinstance(step, SetStep | ChangeStep):
@@ -184,7 +185,3 @@ def _is_hurried(words: Sequence[int], tell: int, least_ms: float, profile: Profi
         elif values.op == CALL:
             ways.append((values.target, (*calls, number + 1)[-DEEPEST_CALL:], passed_ms))
     return False
-
-
-def _uses_counter(step: FlowStep) -> bool:
-    return step.op == "count" or step.condition == "counter"

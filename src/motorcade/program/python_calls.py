@@ -64,7 +64,7 @@ _TURNED = {
     ast.GtE: _COMPARISONS[ast.LtE],
 }
 _SENSES = {"heard": "voice", "dark": "floor"}
-LOOPS = (ast.For, ast.AsyncFor, ast.While, ast.ListComp, ast.GeneratorExp, ast.SetComp, ast.DictComp)
+_LOOPS = (ast.ListComp, ast.GeneratorExp, ast.SetComp, ast.DictComp)
 
 
 @dataclass(slots=True)
@@ -295,7 +295,7 @@ class CallReader:
 
     def _refuse_value(self, code: str, value: ast.expr, edits: Iterable[Fix]) -> None:
         """Refuse what is no list or no step; of a loop, say so."""
-        if isinstance(value, LOOPS):
+        if isinstance(value, _LOOPS):
             code = "python-loop"
         self._refuse(code, value, edits)
 

@@ -9,6 +9,7 @@ of project files.
 """
 
 import ast
+import textwrap
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
@@ -23,14 +24,13 @@ from motorcade.program.diagnostics import (
 )
 from motorcade.program.model import Followers, Program, program_from_dict
 from motorcade.program.python_calls import (
-    LOOPS,
     MOST_ERRORS,
     NAMES,
     STEP_NAMES,
     Node,
     TooManyErrorsError,
 )
-from motorcade.program.python_statements import LEADER, StatementReader
+from motorcade.program.python_statements import LEADER, StatementReader, names_in
 from motorcade.program.python_syntax import as_text
 from motorcade.program.python_values import OverBudgetError
 from motorcade.program.schema import FORMAT
@@ -38,13 +38,6 @@ from motorcade.program.schema import FORMAT
 # The variable that holds the program; that of the profile, where the program is written as functions.
 VARIABLE = "program"
 PROFILE = "profile"
-# Statements that have no place in the text; of all others, one sentence says so.
-_STATEMENTS: tuple[tuple[tuple[type[ast.AST], ...], str], ...] = (
-    (LOOPS, "python-loop"),
-    ((ast.Import, ast.ImportFrom), "python-import"),
-    ((ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef), "python-function"),
-    ((ast.Assign, ast.AnnAssign, ast.AugAssign), "python-other-variable"),
-)
 
 
 def read_python(data: bytes | str) -> "PythonProgram":
@@ -68,10 +61,6 @@ class PythonProgram(StatementReader):
     def __init__(self, data: bytes | str) -> None:
         super().__init__(data)
         self.imported_at: ast.ImportFrom | None = None
-        # Whether the program is written as functions.
-        self.is_statements = any(
-            isinstance(statement, ast.FunctionDef) and statement.name == LEADER for statement in self.source.tree.body
-        )
         self.root, document = self._read()
         try:
             self.program = program_from_dict(document)
@@ -92,10 +81,15 @@ class PythonProgram(StatementReader):
     def _read(self) -> tuple[Node, dict[str, Any]]:
         """Return where the program's parts stand, and its document as in a project file. Raises ProgramError."""
         try:
+            statements = list(self._own_statements())
+            names = names_in(statements, ast.expr_context)
+            functions = [statement.name for statement in statements if isinstance(statement, ast.FunctionDef)]
+            # Whether the program is written as functions.
+            self.is_statements = LEADER in functions or names.isdisjoint((VARIABLE, Program.__name__))
             if self.is_statements:
-                read: Any = self._functions()
+                read: Any = self._functions(statements)
             else:
-                call = self._program_call()
+                call = self._program_call(statements)
                 read = call and self._document_of(call)
             if read and not self._errors:
                 return read  # type: ignore[no-any-return]
@@ -141,17 +135,23 @@ class PythonProgram(StatementReader):
                     pass
                 case ast.ImportFrom(module="motorcade", level=0):
                     self._import(statement)
+                case ast.Import() | ast.ImportFrom():
+                    self._refuse("python-import", statement, self.source.right_statement(statement, VARIABLE))
                 case ast.If() if ast.unparse(statement.test) == "__name__ == '__main__'":
                     pass
                 case _:
                     yield statement
 
-    def _functions(self) -> tuple[Node, dict[str, Any]]:
-        """Return where the parts of a program that is written as functions stand, and its document."""
+    def _functions(self, statements: list[ast.stmt]) -> tuple[Node, dict[str, Any]] | None:
+        """Return where the parts of a program that is written as functions stand, and its document.
+
+        None, with an error, where the leader has no function.
+        """
         document: dict[str, Any] = {"format": FORMAT}
         assigned: list[tuple[str, ast.Assign]] = []
         bodies: list[ast.stmt] = []
-        for statement in self._own_statements():
+        outside: list[ast.stmt] = []
+        for statement in statements:
             match statement:
                 case ast.Assign(targets=[ast.Name(id="profile")], value=value):
                     self.spans[PROFILE] = self.source.span(value)
@@ -166,19 +166,38 @@ class PythonProgram(StatementReader):
                     self._define(statement)
                     bodies.append(statement)
                 case _:
-                    code = "python-statement-outside"
-                    if isinstance(statement, ast.Import | ast.ImportFrom):
-                        code = "python-import"
-                    self._refuse(code, statement, self.source.right_statement(statement, VARIABLE))
+                    outside.append(statement)
+        if LEADER not in self.definitions:
+            self._refuse_without_leader(outside)
+            return None
+        for statement in outside:
+            match statement:
+                case ast.Expr(value=ast.Call(func=ast.Name(id=name))) if name in self.definitions:
+                    self._refuse("python-called-outside", statement, self.source.without_lines(statement))
+                case _:
+                    self._refuse("python-statement-outside", statement)
         self._find_counters(bodies)
         root = Node("", 0, len(self.source.text))
         self._read_values(assigned)
         return root, document | self._defined(root)
 
-    def _program_call(self) -> ast.Call | None:
-        """Return the call of Program, the only one among the statements; None, with an error, where there is none."""
+    def _refuse_without_leader(self, outside: list[ast.stmt]) -> None:
+        """Refuse a text without a function of the leader; where statements stand outside together, they become one."""
+        body = self.source.tree.body
+        edits: list[Fix] = []
+        place = Span(1, 1, 1, 2)
+        for statement in [*outside, *self.definitions.values()][:1]:
+            place = self.source.first_line_of(statement)
+            if outside and body[body.index(statement) :][: len(outside)] == outside:
+                start, end = self.source.start_of(place.line), self.source.extent(outside[-1])[1]
+                steps = textwrap.indent(self.source.text[start:end], "    ")
+                edits = self.source.replacement(start, end, f"def {LEADER}():\n{steps}")
+        self._add(error("python-no-leader", "").at(place).with_fixes(*edits))
+
+    def _program_call(self, statements: list[ast.stmt]) -> ast.Call | None:
+        """Return the call of Program, the only one among the statements, or None with an error."""
         found: ast.Call | None = None
-        for statement in self._own_statements():
+        for statement in statements:
             match statement:
                 case ast.Assign(targets=[ast.Name(id="program")], value=ast.Call() as call):
                     if found:
@@ -188,12 +207,7 @@ class PythonProgram(StatementReader):
                 case ast.Expr(value=ast.Call(func=func)) if found and self._uses_the_program(func):
                     pass
                 case _:
-                    codes = [code for kinds, code in _STATEMENTS if isinstance(statement, kinds)]
-                    code = (codes or ["python-statement"])[0]
-                    edits = self.source.right_statement(statement, VARIABLE)
-                    self._refuse(code, statement, edits, name=VARIABLE)
-        if not found and not self._errors:
-            self._add(error("python-no-program", "").at(Span(1, 1, 1, 2)))
+                    self._refuse("python-statement", statement, self.source.right_statement(statement, VARIABLE))
         return found
 
     def _uses_the_program(self, function: ast.expr) -> bool:

@@ -89,7 +89,7 @@ class StatementReader(CallReader):
         if not is_plain or (name == LEADER and arguments.args):
             self._refuse("python-parameters", statement, name=name)
         for argument in arguments.args:
-            if argument.arg in _names_in(statement.body, ast.Store):
+            if argument.arg in names_in(statement.body, ast.Store):
                 self._refuse("python-name-is-bound", statement, name=argument.arg)
         self.definitions[name] = statement
 
@@ -329,8 +329,8 @@ class StatementReader(CallReader):
 
     def _for(self, statement: ast.For, name: str, row: StepRow) -> None:
         """Read a loop: a repeat, or its turns one by one where its variable, ``name``, is used."""
-        is_used = name in _names_in(statement.body, ast.Load)
-        if name in self.counters or (is_used and name in _names_in(statement.body, ast.Store)):
+        is_used = name in names_in(statement.body, ast.Load)
+        if name in self.counters or (is_used and name in names_in(statement.body, ast.Store)):
             self._refuse("python-name-is-bound", statement, name=name)
             return
         match statement.iter:
@@ -387,7 +387,7 @@ class StatementReader(CallReader):
                 self._refuse("python-counter-begins", statement, [edit], name=name)
 
 
-def _names_in(body: Iterable[ast.stmt], used: type[ast.expr_context]) -> set[str]:
+def names_in(body: Iterable[ast.stmt], used: type[ast.expr_context]) -> set[str]:
     """Return the names that statements read (Load), or give a value (Store)."""
     nodes = (node for part in body for node in ast.walk(part))
     return {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, used)}

@@ -209,7 +209,11 @@ class Structure:
         begins: list[int] = []
         while at < end and self._values[at] and self._values[at].op == JUMP:
             taken = self._asked(at)
-            if taken is None or (terms and self._is_looped(at)):
+            later = self._values[at:]
+            # No condition reaches over a word to which a later one jumps.
+            if taken is None or (
+                terms and any(values and values.op == JUMP and values.target == at for values in later)
+            ):
                 break
             terms.append(_Test(taken, self._target(at, end), at + 1))
             begins.append(at)
@@ -232,10 +236,6 @@ class Structure:
         if at == 0:
             return True
         return self._values[at].condition == ALWAYS and self._test(0, at, at + 1) is not None
-
-    def _is_looped(self, at: int) -> bool:
-        """Whether a later word jumps to this one."""
-        return any(values and values.op == JUMP and values.target == at for values in self._values[at:])
 
     def _counted(self, at: int, end: int) -> tuple[Step, int] | None:
         """Find a repeat whose turns are counted."""

@@ -236,6 +236,9 @@ def _fix(fix: program_diagnostics.Fix, block: str | None, followers: Any) -> mes
         shown = shown.strip(" ,\n") or shown
         if not shown:
             what = "delete"
+        elif "\n" in shown:
+            what = "lines"
+            shown = shown.splitlines()[0]
         elif fix.span and fix.span[:2] == fix.span[2:]:
             what = "add"
     elif fix.value is True:

@@ -207,7 +207,7 @@ def _cut_after(calls: int, place: "dict[str, Any]") -> "Callable[[Any, str, Any]
         if event == "call":
             calls -= not is_of_library(frame)
         elif event == "c_call":
-            calls -= not _is_built_in(argument)
+            calls -= (argument.__module__ or type(argument.__self__).__module__) != "builtins"
         if calls < 0 and not place:
             while is_of_library(frame):
                 frame = frame.f_back
@@ -215,7 +215,3 @@ def _cut_after(calls: int, place: "dict[str, Any]") -> "Callable[[Any, str, Any]
             raise PowerCut
 
     return profile
-
-
-def _is_built_in(function: "Any") -> bool:
-    return (function.__module__ or type(function.__self__).__module__) == "builtins"
