@@ -169,7 +169,7 @@ def test_a_file_that_cannot_be_read_is_refused_in_a_sentence(tmp_path: Path) -> 
     for name, said in (
         ("none.toml", "mat none.toml can't be read: there is no such file or folder"),
         ("bytes.toml", "mat bytes.toml can't be read: it is not text in UTF-8 or UTF-16"),
-        ("mat.yaml", "mat mat.yaml: a mat's file ends in .toml or .json; rename it, or name another file"),
+        ("mat.yaml", "mat mat.yaml: a mat's file ends in .toml or .json; name a file that does"),
     ):
         with pytest.raises(MotorcadeError) as caught:
             read_mat(tmp_path / name)
