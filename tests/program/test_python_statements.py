@@ -194,6 +194,7 @@ def test_followers_have_settings_and_functions_of_their_own():
         ("def f(n):\n n += 1\n forward(n)\ndef leader(): f(1)", "python-name-is-bound", 2),
         ("def f(): pass\ndef leader(): f(1)", "python-arguments", 3),
         ("def leader(): tell()", "python-tell", 2),
+        ("def leader(): tell(forward)", "python-not-a-step", 2),
         ("def leader(): pass\ndef leader(): pass", "python-defined-twice", 3),
         ("def f(n): f(n)\ndef leader(): f(1)", "recursion", 2),
         ("def leader(): leader()", "recursion", 2),

@@ -268,9 +268,9 @@ class StatementReader(CallReader):
                 return {}
             (told,) = call.args
             self.spans[f"{path}.tell.step"] = self.source.span(told)
-            if isinstance(told, ast.Call):
-                return {TELL: {"step": self._step(told, f"{path}.tell.step", Node("", 0, 0), 0)}}
-            return {TELL: {"step": self._value(told)}}
+            if isinstance(told, ast.Constant):
+                return {TELL: {"step": self._value(told)}}
+            return {TELL: {"step": self._step(told, f"{path}.tell.step", Node("", 0, 0), 0)}}
         content = {}
         for key, argument, _ in self._arguments(call, flow_steps.FlowStep):
             self.spans[f"{path}.{name}.{key}"] = self.source.span(argument)
