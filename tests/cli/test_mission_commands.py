@@ -226,7 +226,10 @@ def test_somebody_at_a_terminal_sees_why_each_file_of_a_folder_has_no_star(missi
     (folder / "cut").write_text(near[:40], encoding="utf-8")
     (folder / "near").write_text(near, encoding="utf-8")
     cut, lost = json.loads(run("check", mission, folder, "--json").out)["files"]
-    (why, *_) = [goal["why"] for goal in lost["goals"] if not goal["met"]]
+    why, *others = [goal["why"] for goal in lost["goals"] if not goal["met"]]
     shown = run("check", mission, folder, stdout=Terminal()).out.splitlines()
     for name, reason in (("cut", cut["problem"]), ("near", why)):
         assert any(name in line and reason[:20] in line for line in shown)
+    # Each reason begins a line.
+    assert all(any(line.strip().startswith(other[:20]) for line in shown) for other in others)
+    assert others

@@ -64,13 +64,14 @@ def test_no_spreadsheet_computes_any_name(name):
 
 @pytest.mark.skipif(sys.platform in ("win32", "darwin"), reason="these systems have no such names")
 def test_one_name_that_is_no_text_ends_no_report(tmp_path):
-    for name in (b"Mia.json", b"Be\xffn.json", b"\xfe\xff.py"):
+    (tmp_path / "away.py").symlink_to(tmp_path / "nowhere.py")
+    for name in (b"Mia.json", b"Be\xffn.json", b"\xfe\xff.py", b"a\nb.py"):
         with open(os.path.join(os.fsencode(tmp_path), name), "wb") as file:  # noqa: PTH118, PTH123
             file.write(MISSION.solution.as_json().encode())
     checked = [checked_file(MISSION, tmp_path, path) for path in files_of(tmp_path)]
-    assert {each.name for each in checked} == {"Mia.json", "Be\ufffdn.json", "\ufffd\ufffd.py"}
+    assert {each.name for each in checked} == {"Mia.json", "Be\ufffdn.json", "\ufffd\ufffd.py", "a b.py", "away.py"}
     for write in (to_csv, to_html):
         assert "Be\ufffdn.json" in write(checked, MISSION, "zh").encode().decode()
     asked = run("check", "forward-and-stop", str(tmp_path))
     assert "Be\ufffdn.json" in asked.out
-    assert (tmp_path / "forward-and-stop-report.csv").read_text(encoding="utf-8-sig").count("\n") == 4
+    assert (tmp_path / "forward-and-stop-report.csv").read_text(encoding="utf-8-sig").count("\n") == 6

@@ -307,7 +307,7 @@ def test_what_the_compiler_says_stands_at_the_step():
     (only,) = read.located(compile_program(read.program).diagnostics)
     assert only.code == "duration-not-expressible"
     assert only.span[:2] == (5, 9)
-    assert only.place() == "line 5, column 9"
+    assert only.place() == "line 5, column 9: "
 
 
 LITTLE = st.text("()[]=,'\"# \n\t\\-.*:0123abegilmoprPt_注\0\ufeff\r", max_size=40)

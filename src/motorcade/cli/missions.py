@@ -191,7 +191,7 @@ def _check_folder(mission: "Mission", folder: Path, output: Path | None) -> bool
         else:
             found = file.found.to_dict(language)
             data.append({"file": file.name, "problem": None, **found})
-            lost = " ".join(goal["why"] for goal in found["goals"] if not goal["met"])
+            lost = "\n".join(goal["why"] for goal in found["goals"] if not goal["met"])
             cells.append((file.name, _stars(found["stars"]), lost))
     title = translated("check-folder-title", name=mission.name, folder=folder)
     shown = Rows(("file", "stars", "why"), cells, ["stars"], title)

@@ -213,9 +213,7 @@ def print_diagnostics(diagnostics: "Iterable[Diagnostic]", console: "Console | N
 
     console = console or Console(stderr=True)
     for diagnostic in diagnostics:
-        line = Text()
-        if place := diagnostic.place(current_language()):
-            line.append(f"{place}: ")
+        line = Text(diagnostic.place(current_language()))
         line.append(translated(diagnostic.severity), style=_STYLES[diagnostic.severity])
         line.append(f" {diagnostic.code}: {sentence_of(diagnostic)}")
         console.print(_as_text(line), soft_wrap=True)

@@ -25,7 +25,7 @@ from motorcade.cli.output import (
     wants_json,
 )
 from motorcade.config.files import raised_as, read_bytes
-from motorcade.errors import InputError, MotorcadeError, Phrase
+from motorcade.errors import InputError, MotorcadeError
 from motorcade.extras import needs_extra
 from motorcade.outcomes import PROGRAM_ERROR, STOPPED
 
@@ -139,8 +139,7 @@ def _text_lines(recording: "Recording") -> Iterator[str]:
             if kind in _ON_THE_AIR:
                 continue
             sentence = describe_event(kind, event["word"], event["why"] or event["other"], about.profile)
-            car = sentence_of(Phrase("car-number", number=event["car"]))
-            yield f"{event['t_ms'] / 1000:9.3f} s  {car}: {sentence}"
+            yield translated("replay-event", seconds=event["t_ms"] / 1000, number=event["car"], sentence=sentence)
 
 
 def _json_lines(recording: "Recording") -> Iterator[str]:

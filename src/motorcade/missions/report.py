@@ -81,14 +81,14 @@ def check_file(mission: Mission, path: Path, look: Look | None = None) -> Result
 
 def files_of(folder: Path) -> list[Path]:
     """Return the files of a folder and of those in it, by name; without hidden ones and reports. Raises OSError."""
-    found = (path for path in folder.rglob("*") if path.is_file() and not path.name.endswith(REPORTS))
+    found = (path for path in folder.rglob("*") if not path.is_dir() and not path.name.endswith(REPORTS))
     return sorted(path for path in found if not any(part.startswith(".") for part in path.relative_to(folder).parts))
 
 
 def checked_file(mission: Mission, folder: Path, path: Path) -> Checked:
     """Check a file of a folder; one that can't be checked has a problem."""
     # A name need not be UTF-8, on Linux at least: what isn't becomes the sign for it.
-    name = os.fsencode(path.relative_to(folder).as_posix()).decode(errors="replace")
+    name = _CONTROLS.sub(" ", os.fsencode(path.relative_to(folder).as_posix()).decode(errors="replace"))
     points = list[list[tuple[float, float]]]()
 
     def note(sight: Sight) -> None:
@@ -180,8 +180,8 @@ def to_csv(checked: Iterable[Checked], mission: Mission, language: str) -> str:
             row = ["", "", "", found.sentence(language)]
         else:
             goals = asked_goals(mission, found, language)
-            lost = [f"{asked}: {goal.why.sentence(language)}" for asked, goal in goals if not goal.met]
-            row = [str(len(found.stars)), f"{found.grade:.2f}", " ".join(lost), ""]
+            lost = [f"{asked} – {goal.why.sentence(language)}" for asked, goal in goals if not goal.met]
+            row = [str(len(found.stars)), f"{found.grade:.2f}", " · ".join(lost), ""]
         writer.writerow([_cell(value) for value in (entry.name, *row)])
     return "\ufeff" + text.getvalue()
 

@@ -77,10 +77,11 @@ class Diagnostic:
         return error_sentence(self.code, self.details, language, audience)
 
     def place(self, language: str = "en") -> str:
-        """The place for a reader: line and column of a text, else the path."""
-        if self.span is None:
-            return self.path
-        return Phrase("line-and-column", line=self.span.line, column=self.span.column).sentence(language)
+        """The place for a reader, as it stands before a sentence: line and column of a text, else the path; or none."""
+        place = self.path
+        if self.span:
+            place = Phrase("line-and-column", line=self.span.line, column=self.span.column).sentence(language)
+        return place and Phrase("at-place", place=place).sentence(language)
 
     def as_dict(self, language: str = "en") -> dict[str, Any]:
         """The diagnostic for JSON."""
@@ -115,14 +116,7 @@ class _Problems(tuple[Diagnostic, ...]):
     __slots__ = ()
 
     def sentence(self, language: str = "en") -> str:
-        sentences = []
-        for problem in self:
-            sentence = problem.sentence(language)
-            place = problem.place(language)
-            if place:
-                sentence = f"{place}: {sentence}"
-            sentences.append(sentence)
-        return "; ".join(sentences)
+        return "; ".join(problem.place(language) + problem.sentence(language) for problem in self)
 
     __str__ = sentence
 
