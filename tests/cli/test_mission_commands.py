@@ -219,17 +219,17 @@ def test_a_name_that_is_no_utf_8_ends_no_report(mission, tmp_path):
     assert "\udcff" not in shown
 
 
-def test_somebody_at_a_terminal_sees_why_each_file_of_a_folder_has_no_star(mission, tmp_path):
+def test_somebody_at_a_terminal_sees_why_each_file_of_a_folder_has_no_star(tmp_path):
     folder = tmp_path / "class"
     folder.mkdir()
     near = json.dumps({"format": "motorcade-program/1", "leader": [{"wait": {"seconds": 1}}]})
     (folder / "cut").write_text(near[:40], encoding="utf-8")
     (folder / "near").write_text(near, encoding="utf-8")
-    cut, lost = json.loads(run("check", mission, folder, "--json").out)["files"]
+    cut, lost = json.loads(run("check", "follow-me", folder, "--json").out)["files"]
     why, *others = [goal["why"] for goal in lost["goals"] if not goal["met"]]
-    shown = run("check", mission, folder, stdout=Terminal()).out.splitlines()
+    shown = run("check", "follow-me", folder, stdout=Terminal()).out.splitlines()
     for name, reason in (("cut", cut["problem"]), ("near", why)):
         assert any(name in line and reason[:20] in line for line in shown)
     # Each reason begins a line.
-    assert all(any(line.strip().startswith(other[:20]) for line in shown) for other in others)
+    assert all(any(line.strip(" │–").startswith(other[:20]) for line in shown) for other in others)
     assert others
