@@ -124,6 +124,14 @@ def test_a_project_is_saved_to_a_file_and_a_link_and_opened(open_page, tmp_path)
     again.page.get_by_role("alertdialog").get_by_role("button", name=again.say("project.replaceYes")).click()
     again.expect_words(FOLLOWED_WORDS)
     assert "#" not in again.page.url
+    # Python text is a program too.
+    with again.page.expect_file_chooser() as chooser:
+        again.project_menu("menu.open")
+    text = b"from motorcade import *\n\n\ndef leader():\n    forward(3)\n    right(1)\n"
+    chooser.value.set_files({"name": "Turn.py", "mimeType": "", "buffer": text})
+    again.page.get_by_role("alertdialog").get_by_role("button", name=again.say("project.replaceYes")).click()
+    again.expect_words(["02000000", "65800000", "74800000"])
+    expect(again.name).to_have_value("Turn")
 
 
 def test_blocks_and_words_are_exported(show) -> None:

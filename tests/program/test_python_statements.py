@@ -201,7 +201,7 @@ def test_followers_have_settings_and_functions_of_their_own():
         ("def leader(): pass\nopen('x')", "python-statement-outside", 3),
         ("def leader(): pass\nleader()", "python-called-outside", 3),
         ("def leader(): pass\nimport os", "python-import", 3),
-        ("def leader(): pass\nprogram = Program([])", "python-second-program", 3),
+        ("def leader(): pass\nprogram = Program([])", "python-statement-outside", 3),
         ("def leader(): pass\ndef followers():\n while person(): wait(1)", "followers-cannot-decide", 4),
         ("def leader():\n forward(open('x'))", "python-no-value", 3),
         ("def leader():\n forward(9 ** 9 ** 9)", "python-no-value", 3),

@@ -303,12 +303,20 @@ def test_a_project_saved_in_another_window_meanwhile_is_not_replaced(ask, refuse
         ('{"format": "motorcade-mission/1"}', "mission-not-project"),
         ('{"format": "motorcade-projects/1"}', "projects-not-project"),
         ('{"format": "motorcade-program/1"}', "program-errors"),
+        ("from motorcade import *\nforward(1)", "program-errors"),
     ],
 )
 def test_a_file_that_is_no_project_is_told_what_it_is(text: str, code: str) -> None:
     with pytest.raises(MotorcadeError) as refused:
         open_file(text)
     assert refused.value.code == code
+
+
+def test_python_text_is_opened_with_its_comments(ask) -> None:
+    text = "from motorcade import *\n\n\ndef leader():\n    forward(2)  # out of the garage\n"
+    opened = ask("open", {"text": text})
+    assert opened["python"] == text
+    assert ask("compile", opened)["words"] == ask("compile", blocks([forward(2)]))["words"]
 
 
 @pytest.mark.parametrize(

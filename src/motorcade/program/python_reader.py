@@ -157,9 +157,7 @@ class PythonProgram(StatementReader):
                     self.spans[PROFILE] = self.source.span(value)
                     self.value_extents[PROFILE] = self.source.extent(value)
                     document[PROFILE] = self._value(value)
-                case ast.Assign(targets=[ast.Name(id="program")]):
-                    self._refuse("python-second-program", statement, self.source.without_lines(statement))
-                case ast.Assign(targets=[ast.Name(id=name)]):
+                case ast.Assign(targets=[ast.Name(id=name)]) if name != VARIABLE:
                     assigned.append((name, statement))
                     bodies.append(statement)
                 case ast.FunctionDef():
@@ -171,11 +169,10 @@ class PythonProgram(StatementReader):
             self._refuse_without_leader(outside)
             return None
         for statement in outside:
-            match statement:
-                case ast.Expr(value=ast.Call(func=ast.Name(id=name))) if name in self.definitions:
-                    self._refuse("python-called-outside", statement, self.source.without_lines(statement))
-                case _:
-                    self._refuse("python-statement-outside", statement)
+            code = "python-statement-outside"
+            if self.definitions.keys() & names_in([statement], ast.Load):
+                code = "python-called-outside"
+            self._refuse(code, statement, self.source.without_lines(statement))
         self._find_counters(bodies)
         root = Node("", 0, len(self.source.text))
         self._read_values(assigned)

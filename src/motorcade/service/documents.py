@@ -12,6 +12,7 @@ from motorcade.program.blocks import LEADER_HAT, PREFIX, Workspace, blocks_of
 from motorcade.program.blocks_reader import program_of
 from motorcade.program.diagnostics import NotJsonError, ProgramError
 from motorcade.program.model import Program, program_from_dict, read_document
+from motorcade.program.python_reader import read_python
 from motorcade.program.reactions import minding
 from motorcade.program.schema import FORMAT
 from motorcade.program.steps import TogetherStep
@@ -75,12 +76,17 @@ def open_text(text: str | bytes) -> Project:
 
 
 def open_file(text: str) -> Project:
-    """Return the project in a file that a user chose. Raises MotorcadeError, which says what other files are."""
+    """Return the project, or the Python text, in a file that a user chose.
+
+    Raises MotorcadeError, which says what other files are, or ProgramError.
+    """
     try:
         document = read_document(text)
     except NotJsonError as problem:
         if "motorcade-program" in text:
             raise MotorcadeError("project-not-whole", reason=problem) from None
+        if "from motorcade import" in text:
+            return msgspec.structs.replace(project_of(read_python(text).program), python=text)
         raise MotorcadeError("not-a-project") from None
     file_format = None
     if isinstance(document, dict):

@@ -32,10 +32,10 @@ export async function attempt<Answer>(task: () => Promise<Answer>, tellGone = te
 
 export function openFile(): Promise<void> {
   return attempt(async () => {
-    const file = await chooseFile(".json,application/json");
+    const file = await chooseFile(".json,.py,application/json,text/x-python");
     if (!file) return;
     const opened = await request("open", { text: await textOf(file) });
-    await replaceBy({ ...opened, name: file.name.replace(/(\.motorcade)?\.json$/i, "") }, { stored: true });
+    await replaceBy({ ...opened, name: file.name.replace(/(\.motorcade)?\.json$|\.py$/i, "") }, { stored: true });
   });
 }
 
