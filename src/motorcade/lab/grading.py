@@ -1,5 +1,6 @@
 """Grade many runs of a mission side by side, each with a program and a seed of its own. This module needs NumPy."""
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -14,6 +15,7 @@ from motorcade.missions.watch import ManyRuns, attempt_of, run_to_next
 # Where cars were is noted so often, in squares of this side.
 _VISIT_MS = 1000
 _SQUARE_M = 0.25
+_SQUARE_UM = round(_SQUARE_M * 1e6)
 
 
 class Graded(NamedTuple):
@@ -68,25 +70,27 @@ class _Visits:
     def __init__(self, mat: Mat, worlds: int) -> None:
         x_m = np.asarray(mat.starts.x_m)
         y_m = np.asarray(mat.starts.y_m)
+        corner_m = (0.0, 0.0)
         if mat.size_m:
-            self._corner_m = (0.0, 0.0)
             size_m = mat.size_m
         else:
-            self._corner_m = (x_m.min() - 2, y_m.min() - 2)
+            corner_m = (x_m.min() - 2, y_m.min() - 2)
             size_m = (np.ptp(x_m) + 4, np.ptp(y_m) + 4)
-        self._columns, self._rows = (max(int(np.ceil(length / _SQUARE_M)), 1) for length in size_m)
+        self._corner_um = [round(length * 1e6) for length in corner_m]
+        self._columns, self._rows = (max(math.ceil(length / _SQUARE_M), 1) for length in size_m)
         self._seen = np.zeros((worlds, self._columns * self._rows), bool)
-        self._worlds = np.arange(worlds)[:, None]
+        # Of each car the first square of its world.
+        self._first = np.repeat(np.arange(worlds) * self._seen.shape[1], len(x_m))
 
     def note(self, world: World) -> None:
         """Note where the cars are now."""
+        places = zip((world.state.x, world.state.y), self._corner_um, (self._columns, self._rows), strict=True)
         column, row = (
-            ((np.reshape(places_um, (world.worlds, world.cars)) / 1e6 - corner) // _SQUARE_M).astype(int)
-            for places_um, corner in zip((world.state.x, world.state.y), self._corner_m, strict=True)
+            # Whole numbers take a third of the time.
+            np.minimum(np.maximum(np.subtract(at_um, corner_um, dtype=np.int64) // _SQUARE_UM, 0), count - 1)
+            for at_um, corner_um, count in places
         )
-        column = np.minimum(np.maximum(column, 0), self._columns - 1)
-        row = np.minimum(np.maximum(row, 0), self._rows - 1)
-        self._seen[self._worlds, row * self._columns + column] = True
+        self._seen.reshape(-1)[self._first + row * self._columns + column] = True
 
     def shares(self) -> list[float]:
         """The share of the squares, of each world."""
