@@ -31,7 +31,7 @@ class Browser:
 
     Attributes:
         cookies, attributes: values and attributes of each cookie, by its name.
-        status: of the last answer.
+        status, given: of the last answer its status, and the cookies that it sets, as they are written.
         note: called with the path of each request and WebSocket, and how it ended.
     """
 
@@ -45,6 +45,7 @@ class Browser:
         self.cookies: dict[str, str] = {}
         self.attributes: dict[str, str] = {}
         self.status = 0
+        self.given: list[str] = []
         self._used_s = 0.0
         self.head: dict[str, str] = {}
         self.address = address
@@ -113,7 +114,7 @@ class Browser:
         head = await reader.readuntil(b"\r\n\r\n")
         self._seen(head)
         lines = head.decode("latin-1").split("\r\n")
-        self.status, self.head = int(lines[0].split()[1]), {}
+        self.status, self.head, self.given = int(lines[0].split()[1]), {}, []
         for field, _, value in (line.partition(": ") for line in lines[1:] if line):
             self.head[field.lower()] = value
             if field.lower() == "set-cookie":
@@ -128,6 +129,7 @@ class Browser:
         return code_of(answer), answer
 
     def _keep(self, cookie: str) -> None:
+        self.given.append(cookie)
         value, _, attributes = cookie.partition(";")
         key, _, secret = value.partition("=")
         self.attributes[key] = attributes

@@ -1,11 +1,14 @@
 """A class in the simulated room: its server and folder, a teacher, four pupils, a stranger, and all faults."""
 
 import asyncio
+import atexit
 import hashlib
-import tempfile
 from errno import ENOENT
+from functools import cache
 from pathlib import Path
 from random import Random
+from shutil import rmtree
+from tempfile import mkdtemp
 from types import SimpleNamespace
 from typing import Any
 
@@ -40,10 +43,25 @@ _MOST_WAITING_BYTES = 1 << 20
 EPOCH_S = 1_790_000_000.0
 # Of numbers from so many one in so many is drawn again: a class never sees that two pupils have one by chance.
 _LARGE, _AGAIN = 1000, 0.3
-_PAGE = Path(tempfile.gettempdir())
+# The files of a built page, by their addresses.
+FILES = {
+    **{f"{name}.html": f"<title>{name}</title>" for name in ("index", "class", "drive")},
+    "assets/code-1.js": "// " + 500 * "code ",
+}
 # A password whose check takes no time: its cost is stored with it.
 _SALT = b"salt of the test"
 _STORED = f"scrypt:2:{_SALT.hex()}:{hashlib.scrypt(PASSWORD.encode(), salt=_SALT, n=2, r=8, p=1).hex()}"
+
+
+@cache
+def _page() -> Path:
+    """The folder of a built page, once for all runs."""
+    folder = Path(mkdtemp(prefix="motorcade-"))
+    atexit.register(rmtree, folder, ignore_errors=True)
+    for name, text in FILES.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder
 
 
 class ClassComputer:
@@ -129,7 +147,7 @@ class ClassComputer:
             try:
                 settings = ClassServerSettings(
                     library=self.folder,  # type: ignore[arg-type]
-                    page=_PAGE,
+                    page=_page(),
                     port=_PORT,
                     network=here,
                     cars=self.cars,

@@ -16,6 +16,7 @@ from tests.faults import (
     lesson_clashes,
     lesson_doors,
     lesson_files,
+    lesson_heads,
     lesson_list,
     lesson_luck,
     lesson_pairs,
@@ -49,7 +50,6 @@ _SHOWN_S = 0.6
 _SHOWN_LATE_S, _STARTS_S = 8.0, 3.0
 _MARK = re.compile("# mark-[0-9]+-")
 _SESSION_KEY = re.compile("[0-9a-f]{32}")
-_HEADERS = ("content-security-policy", "x-content-type-options", "x-frame-options", "cache-control")
 TABLE = (*REQUESTS, *STUDIO_REQUESTS)
 WINDOWS = ("leader", "followers")
 _T = TypeVar("_T")
@@ -175,6 +175,8 @@ class Lesson(ClassComputer):
         # Who may see each mark.
         self.may_see: dict[str, set[str]] = {}
         self.whose: dict[Browser, Pupil] = {}
+        # That browsers were given, each once.
+        self.secrets: set[str] = set()
         self._marks = self._addresses = self.studios = 0
         self._first_turn = _TURNS * int(room.seed.rpartition(" ")[2])
         # By how many there are.
@@ -263,10 +265,7 @@ class Lesson(ClassComputer):
         self.world.note(browser.address, request, outcome)
         self.world.asked.add((request, outcome))
         self.world.keep("no-traceback", outcome not in ("internal", "unknown", "no-json"), f"{request}: {outcome}")
-        lacking = [name for name in _HEADERS if name not in browser.head]
-        self.world.keep("guarded-pages", not lacking, f"{request} is answered without {lacking}")
-        kept = browser.head.get("cache-control")
-        self.world.keep("guarded-pages", kept in ("no-store", None), f"a browser keeps {request}: {kept}")
+        lesson_heads.check(self, browser, request, outcome)
         if outcome != DONE and isinstance(answer, dict):
             told = answer["error"]["sentence"]
             self.world.keep("says-why", bool(told.get("en") and told.get("zh")), f"{request}: no sentence")
