@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import ssl
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
@@ -28,6 +29,7 @@ class Browser:
         address: where it is; None for the process that runs.
         host: what it calls the server.
         server: the computer and the port to which it connects.
+        tls: with which it connects, to the class's name in the network.
 
     Attributes:
         cookies, attributes: values and attributes of each cookie, by its name.
@@ -41,6 +43,7 @@ class Browser:
         address: str | None = None,
         host: str = HOST,
         server: tuple[str, int] = (SERVER, PORT),
+        tls: ssl.SSLContext | None = None,
     ) -> None:
         self.cookies: dict[str, str] = {}
         self.attributes: dict[str, str] = {}
@@ -52,6 +55,7 @@ class Browser:
         self.note: Callable[[str, str], None] = lambda path, outcome: None
         self._host = host
         self._server = server
+        self._tls: dict[str, Any] = {"ssl": tls, "server_hostname": "motorcade.local"} if tls else {}
         self._seen = seen
         self._streams: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
 
@@ -95,7 +99,7 @@ class Browser:
 
     async def _connect(self) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
         at = {"local_addr": (self.address, 0)} if self.address else {}
-        return await asyncio.open_connection(*self._server, **at)  # type: ignore[arg-type]
+        return await asyncio.open_connection(*self._server, **at, **self._tls)  # type: ignore[arg-type]
 
     async def _connection(self) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
         now_s = asyncio.get_running_loop().time()

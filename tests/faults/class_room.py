@@ -50,11 +50,11 @@ FILES = {
 }
 # A password whose check takes no time: its cost is stored with it.
 _SALT = b"salt of the test"
-_STORED = f"scrypt:2:{_SALT.hex()}:{hashlib.scrypt(PASSWORD.encode(), salt=_SALT, n=2, r=8, p=1).hex()}"
+STORED = f"scrypt:2:{_SALT.hex()}:{hashlib.scrypt(PASSWORD.encode(), salt=_SALT, n=2, r=8, p=1).hex()}"
 
 
 @cache
-def _page() -> Path:
+def page_folder() -> Path:
     """The folder of a built page, once for all runs."""
     folder = Path(mkdtemp(prefix="motorcade-"))
     atexit.register(rmtree, folder, ignore_errors=True)
@@ -147,7 +147,7 @@ class ClassComputer:
             try:
                 settings = ClassServerSettings(
                     library=self.folder,  # type: ignore[arg-type]
-                    page=_page(),
+                    page=page_folder(),
                     port=_PORT,
                     network=here,
                     cars=self.cars,
@@ -179,7 +179,7 @@ class ClassComputer:
         if is_power:
             self.disk.lose_power()
 
-    def begin(self, stored: str = _STORED) -> None:
+    def begin(self, stored: str = STORED) -> None:
         """Prepare the folder of a class whose teacher has a password, unless none is ``stored``."""
         record = new_record(self.random.randrange)
         record.password = stored or None
