@@ -84,6 +84,12 @@ class Browser:
             self.hang_up()
             return UNKNOWN, b""
 
+    async def stream(self, path: str) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+        """Ask for what goes on without end, by a connection of its own."""
+        reader, writer = await self._connect()
+        writer.write(self._request("GET", path, 0, ""))
+        return reader, writer
+
     async def begin(self, name: str, /, **message: Any) -> "LateBody":
         """Send a request without its body, by a connection of its own."""
         body = json.dumps(message).encode()

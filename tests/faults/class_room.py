@@ -3,6 +3,7 @@
 import asyncio
 import atexit
 import hashlib
+from collections.abc import Callable
 from errno import ENOENT
 from functools import cache
 from pathlib import Path
@@ -73,6 +74,7 @@ class ClassComputer:
         cars: the real cars that pupils may drive.
         limits: how much an owner may store.
         hosts: its addresses.
+        record: takes what pages do with cars.
     """
 
     def __init__(self, room: World) -> None:
@@ -91,6 +93,7 @@ class ClassComputer:
         self.limits = LIMITS
         self.hosts = ["192.168.1.5", "10.0.0.9", "fd00::5"]
         self.first_key: str | None = None
+        self.record: Callable[[str, str, str], None] | None = None
 
     def is_calm(self) -> bool:
         """Whether the server has run undisturbed for a while, whatever its disk does."""
@@ -152,6 +155,7 @@ class ClassComputer:
                     network=here,
                     cars=self.cars,
                     first_key=self.first_key,
+                    record=self.record,
                     **times,  # type: ignore[arg-type]
                 )
                 app = make_class_app(settings, files)

@@ -21,6 +21,7 @@ from tests.faults import (
     lesson_list,
     lesson_luck,
     lesson_pairs,
+    lesson_remote,
     lesson_strangers,
     lesson_studio,
     lesson_teacher,
@@ -131,7 +132,12 @@ class Lesson(ClassComputer):
     def __init__(self, room: World) -> None:
         super().__init__(room)
         random = self.random
-        self.cars = (RemoteCar(CAR, "car", 5005),)
+        self.has_camera = random.random() < 0.5
+        self.cars = (RemoteCar(CAR, "car", 5005, camera=lesson_remote.CAMERA if self.has_camera else None),)
+        # How many pictures the camera has taken; and what pages did with the car: what, who, and the car.
+        self.pictures = 0
+        self.log: list[tuple[str, str, str]] = []
+        self.record = lambda did, who, car: self.log.append((did, who, car))
         self.limits = lesson_work.LIMITS
         # A lesson begins with a key in place of a password, now and then.
         self.has_password = random.random() < 0.7
@@ -193,6 +199,7 @@ class Lesson(ClassComputer):
             *lesson_uploads.ACTS,
             *lesson_teacher.ACTS,
             *lesson_cars.ACTS,
+            *lesson_remote.ACTS,
             *lesson_luck.ACTS,
             *lesson_list.ACTS,
             *lesson_clashes.ACTS,
@@ -455,7 +462,7 @@ class Lesson(ClassComputer):
 
     def names(self) -> Replaced:
         own = lesson_work.names(self) | lesson_cars.names(self) | lesson_luck.names(self) | lesson_list.names(self)
-        return super().names() | own
+        return super().names() | own | lesson_remote.names(self)
 
 
 def run_lesson(room: World) -> None:

@@ -86,7 +86,7 @@ def _first_file(folder: Path) -> Path:
 
 
 async def class_by_https(run: "Lesson") -> None:
-    """Somebody joins, the teacher signs in, and both leave: each cookie stays within HTTPS, each address leads to it."""
+    """Somebody joins, the teacher signs in, and both leave: cookies and addresses are those of HTTPS."""
     _, folder, _, authority, tls, trusts = _held()
     process = Process(run.world, _HOST, 0.001)
     loop = SimulatedLoop(process, run.network)

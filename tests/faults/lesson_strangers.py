@@ -157,7 +157,7 @@ async def fetch_files(run: "Lesson") -> None:
         outcome, _ = await who.fetch("GET", path)
         run.world.keep("strangers-stay-out", who.status == 404, f"{path} ends in {outcome}")
     if pupil:
-        for path in paths[1:3]:
+        for path in paths[1:3] if not run.has_camera else ():
             outcome, _ = await pupil.browser.fetch("GET", f"{path}?car=red")
             run.world.keep("as-asked", outcome == "no-camera-here", f"{path} ends in {outcome}")
 
