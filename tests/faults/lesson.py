@@ -75,6 +75,8 @@ class Pupil:
         self.devices = [browser]
         self.draft: str | None = None
         self.draft_name = ""
+        self.draft_s = 0.0
+        self.draft_more: dict[str, Any] = {"place": "", "mission": None}
         self.projects: dict[str, list[str]] = {}
         self.missions: dict[str, list[str]] = {}
         self.news: list[tuple[int, str, str | dict[str, str], str]] = []
@@ -94,6 +96,10 @@ class Pupil:
     @property
     def browser(self) -> Browser:
         return self.devices[-1]
+
+    def about(self) -> dict[str, str]:
+        """What the pupil's own pages know of the pupil."""
+        return {"id": self.id, "name": self.name, "avatar": self.avatar, "number": self.number}
 
     def tell(self, kind: str, name: str | dict[str, str], sender: str) -> None:
         """Something came."""
@@ -326,7 +332,7 @@ class Lesson(ClassComputer):
     def _view_of(self, pupil: Pupil, page: SimulatedPage) -> dict[str, Any]:
         fields = ("number", "kind", "name", "sender")
         return self._shared_view(page) | {
-            "me": {key: getattr(pupil, key) for key in ("id", "name", "avatar", "number")},
+            "me": pupil.about(),
             "hand": pupil.hand,
             "mission": pupil.mission,
             "news": [dict(zip(fields, news, strict=True)) for news in pupil.news],

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 from tests.faults.browsers import Browser
 from tests.faults.class_room import EPOCH_S
 from tests.faults.disk import Node
-from tests.faults.lesson_doors import MISSION
-from tests.faults.lesson_work import kept
+from tests.faults.lesson_work import kept, stars_of
 from tests.faults.pupils import PASSWORD
 
 from motorcade.classroom.folder import DRAFT, RECORD
@@ -174,6 +173,5 @@ def _check_more(run: "Lesson", pupil: "Pupil", files: dict[str, bytes]) -> None:
     found = (draft["name"], draft["project"]["python"]) if draft else ("", None)
     run.world.keep("answered-stays", found == (pupil.draft_name, pupil.draft), f"{pupil.name}'s draft: {found}")
     stars = json.loads(files[STARS])["stars"] if STARS in files else {}
-    known = pupil.stars | ({MISSION: sorted({1, *pupil.stars.get(MISSION, ())})} if pupil.imported else {})
-    known = {mission: earned for mission, earned in known.items() if earned}
+    known = stars_of(pupil)
     run.world.keep("answered-stays", stars == known, f"{pupil.name} has {stars}, not {known}")

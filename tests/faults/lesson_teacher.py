@@ -71,6 +71,7 @@ async def reset_number(run: "Lesson") -> None:
     old = pupil.number
     answer = await run.expect("as-asked", run.teacher, "teacher/reset-number", DONE, pupil=pupil.id)
     pupil.number = answer["number"]
+    run.world.keep("as-asked", answer == pupil.about(), f"{answer}")
     taken = [each.number for each in run.pupils if each is not pupil]
     run.world.keep("as-asked", pupil.number not in taken, "two pupils have one number")
     if old != pupil.number and not run.wrong_numbers_s.get(pupil.alike):
@@ -199,7 +200,7 @@ async def _hand_out_mission(
         await run.expect("bounded", run.teacher, "teacher/hand-out", wanted, mission=mission, **message)
         return
     answer = await run.expect("as-asked", run.teacher, "teacher/hand-out", DONE, mission=mission, **message)
-    run.world.keep("as-asked", answer["pupils"] == len(pupils), f"{answer}")
+    run.world.keep("as-asked", answer == {"pupils": len(pupils), "missed": []}, f"{answer}")
     if mission not in run.missions:
         run.missions.append(mission)
     number = run.missions.index(mission) + 1
@@ -216,18 +217,20 @@ async def look_at_work(run: "Lesson") -> None:
     if pupil is None:
         return
     answer = await run.expect("as-asked", run.teacher, "teacher/library", DONE, pupil=pupil.id)
-    found = {each["name"]: each["versions"] for each in answer["projects"]}
-    known = {name: len(lesson_work.kept(versions)) for name, versions in pupil.projects.items()}
-    run.world.keep("as-asked", (answer["pupil"], found) == (pupil.name, known), f"{found}")
-    run.world.keep("as-asked", bool(answer["draft_at"]) == (pupil.draft is not None), f"{answer['draft_at']}")
+    own = await run.expect("as-asked", pupil.browser, "projects/list", DONE)
+    lesson_work.check_saved_at(run, answer["draft_at"], pupil.draft_s if pupil.draft else None)
+    known = {"pupil": pupil.name, "projects": own, "draft_at": answer["draft_at"]}
+    run.world.keep("as-asked", answer == known, "the teacher sees {}, not {}", answer, known)
     for name, versions in list(pupil.projects.items())[:1]:
         message = {"pupil": pupil.id, "name": name}
         answer = await run.expect("as-asked", run.teacher, "teacher/project", DONE, **message)
-        run.world.keep("as-asked", answer["python"] == versions[-1], f"{answer['python']}")
+        whole = lesson_work.WHOLE | {"python": versions[-1], "name": name, "version": 0}
+        run.world.keep("as-asked", answer == whole, f"{answer}")
     wanted = DONE if pupil.draft is not None else "no-draft"
     answer = await run.expect("as-asked", run.teacher, "teacher/project", wanted, pupil=pupil.id, name="")
     if answer:
-        run.world.keep("as-asked", answer["python"] == pupil.draft, f"{answer['python']}")
+        whole = lesson_work.WHOLE | {"python": pupil.draft, "name": pupil.draft_name, "version": 0}
+        run.world.keep("as-asked", answer == whole, f"{answer}")
     gone = run.out[-1].id if run.out else "99"
     for request in ("teacher/library", "teacher/project"):
         message = {"pupil": gone} | ({"name": "x"} if request == "teacher/project" else {})
