@@ -84,10 +84,12 @@ class Browser:
             self.hang_up()
             return UNKNOWN, b""
 
-    async def stream(self, path: str) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
-        """Ask for what goes on without end, by a connection of its own."""
+    async def stream(
+        self, path: str, method: str = "GET", count: int = 1
+    ) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+        """Ask for what goes on without end, or ``count`` times at once, by a connection of its own."""
         reader, writer = await self._connect()
-        writer.write(self._request("GET", path, 0, ""))
+        writer.write(count * self._request(method, path, 0, ""))
         return reader, writer
 
     async def begin(self, name: str, /, **message: Any) -> "LateBody":
@@ -223,7 +225,9 @@ class SimulatedPage:
     Attributes:
         refused: the code with which it wasn't opened; "" where it was.
         messages: what came, the newest last; at most some.
-        pictures: how many binary messages came.
+        pictures, picture: how many binary messages came, and the last one.
+        pings: how often it was asked whether it is there.
+        is_mute: whether it answers that no more.
         has_ended: whether the server has ended it.
     """
 
@@ -238,7 +242,9 @@ class SimulatedPage:
         self._reader, self._writer, self._take, self._seen = reader, writer, take, seen
         self.refused = refused
         self.messages: list[dict[str, Any]] = []
-        self.pictures = 0
+        self.pictures = self.pings = 0
+        self.picture = b""
+        self.is_mute = False
         self.has_ended = bool(refused)
         self._reading: asyncio.Task[None] | None = None
 
@@ -260,11 +266,14 @@ class SimulatedPage:
                 opcode, data = await _read_frame(self._reader)
                 self._seen(data)
                 if opcode == _PING:
-                    self._writer.write(_masked(10, data))
+                    self.pings += 1
+                    if not self.is_mute:
+                        self._writer.write(_masked(10, data))
                 elif opcode == _CLOSE:
                     raise EOFError("closed")
                 elif opcode == _BINARY:
                     self.pictures += 1
+                    self.picture = data
                 elif opcode == _TEXT:
                     message = json.loads(data)
                     self.messages = [*self.messages[-200:], message]

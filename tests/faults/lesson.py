@@ -27,6 +27,7 @@ from tests.faults import (
     lesson_teacher,
     lesson_times,
     lesson_uploads,
+    lesson_wall,
     lesson_work,
 )
 from tests.faults.browsers import DONE, Browser, SimulatedPage
@@ -208,6 +209,7 @@ class Lesson(ClassComputer):
             *lesson_remote.ACTS,
             *lesson_luck.ACTS,
             *lesson_list.ACTS,
+            *lesson_wall.ACTS,
             *lesson_clashes.ACTS,
         ]
 

@@ -324,7 +324,7 @@ async def play(run: "Lesson") -> None:
     hello = page.newest("hello")
     run.world.keep("as-asked", bool(hello and hello.get("cars")), f"no world: {page.messages[-2:]}")
     page.send({"do": "play", "speed": 1.0})
-    shown = asyncio.create_task(_draw(page))
+    shown = asyncio.create_task(draw(page))
     await asyncio.sleep(0.4)
     if run.frozen:
         run.world.keep(
@@ -382,7 +382,7 @@ async def take_over(run: "Lesson") -> None:
     newer.close()
 
 
-async def _draw(page: SimulatedPage) -> None:
+async def draw(page: SimulatedPage) -> None:
     """Tell the server that each picture is drawn."""
     drawn = 0
     while True:
@@ -399,7 +399,7 @@ async def _freeze_world(run: "Lesson", page: SimulatedPage) -> None:
         own.send({"do": "play", "speed": 1.0})
         await run.expect("as-asked", run.teacher, "teacher/freeze", DONE, frozen=True)
         await asyncio.sleep(0.4)
-        pictures, drawn = page.pictures, asyncio.create_task(_draw(own))
+        pictures, drawn = page.pictures, asyncio.create_task(draw(own))
         await asyncio.sleep(0.4)
         run.world.keep("one-holder", page.pictures - pictures <= 1, "a world goes on while all is frozen")
         run.world.keep("as-asked", bool((own.newest("state") or {}).get("playing")), "the teacher's world is paused")

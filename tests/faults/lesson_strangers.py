@@ -3,6 +3,7 @@
 import asyncio
 import hashlib
 import json
+import re
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -224,20 +225,52 @@ async def no_other_way(run: "Lesson") -> None:
 async def flood(run: "Lesson") -> None:
     """One sends requests without end, and is refused; all others notice nothing."""
     pupil = run.draw(run.pupils)
-    who = pupil.browser if pupil and run.random.random() < 0.6 else run.new_browser()
-    request = "projects/place" if pupil and who is pupil.browser else "class/about"
+    network = f"fd00:{run.random.randrange(1 << 16):x}::"
+    strangers = [run.new_browser(f"{network}{number}") for number in (1, 2)]
+    # Two devices of a pupil are one, and so are two addresses of a network.
+    two = [pupil.browser, run.twin(pupil.browser)] if pupil and run.random.random() < 0.6 else strangers
+    who, request = two[0], "class/about" if two is strangers else "projects/place"
     await asyncio.sleep(2.1)
-    outcomes = [(await run.ask(who, request))[0] for _ in range(60)]
+    outcomes = [(await run.ask(two[number % 2], request))[0] for number in range(60)]
     done = outcomes.count(DONE)
     run.world.keep("bounded", 40 <= done <= 44 and outcomes[-1] == "requests-too-fast", f"{done} of 60 are answered")
     others = [each.browser for each in run.pupils if each is not pupil]
-    for other in [run.teacher, run.new_browser(), *others[:1]]:
+    for other in [run.teacher, run.new_browser(), run.new_browser("fd01::1"), *others[:1]]:
         await run.expect("nobody-waits", other, "class/about", DONE)
     await asyncio.sleep(2.1)
     await run.expect("nobody-waits", who, request, DONE)
     # The teacher isn't kept waiting.
     outcomes = [(await run.ask(run.teacher, "projects/place"))[0] for _ in range(60)]
     run.world.keep("nobody-waits", outcomes == [DONE] * 60, "the teacher may not ask: {}", outcomes[-1])
+
+
+async def flood_by_teacher(run: "Lesson") -> None:
+    """The teacher's browsers have one rate, of 500 requests a second; it is nobody else's, at whatever address."""
+    other = run.new_browser(run.teacher.address or "")
+    await run.expect("right-guess", other, "teacher/sign-in", DONE, password=PASSWORD)
+    run.signed_in.append(other)
+    await asyncio.sleep(2.1)
+    statuses = [*await _statuses(run.teacher, 600), *await _statuses(other, 600)]
+    done = statuses.count(404)
+    is_so = 1000 <= done <= 1010 and statuses.count(429) == len(statuses) - done
+    run.world.keep("bounded", is_so, f"of 1200 requests of the teacher {done} are answered")
+    outsiders = [run.new_browser(run.teacher.address or ""), *(pupil.browser for pupil in run.pupils[:1])]
+    for outsider in outsiders:
+        await run.expect("nobody-waits", outsider, "class/about", DONE)
+    await asyncio.sleep(2.1)
+    await run.expect("nobody-waits", run.teacher, "teacher/progress", DONE)
+
+
+async def _statuses(browser: Browser, count: int) -> list[int]:
+    """Send the same request so often at once, and return the statuses of the answers."""
+    reader, writer = await browser.stream("/api/teacher/nothing", "POST", count)
+    found, data = [], b""
+    with suppress(OSError):
+        while len(found) < count and (more := await reader.read(1 << 16)):
+            data += more
+            found = re.findall(rb"HTTP/1\.1 ([0-9]{3}) ", data)
+    writer.transport.abort()
+    return [int(status) for status in found]
 
 
 async def guess_without_end(run: "Lesson") -> None:
@@ -388,7 +421,8 @@ ACTS = [
     (1.0, other_sites),
     (0.7, bad_bodies),
     (0.7, no_other_way),
-    (0.25, flood),
+    (0.3, flood),
+    (0.06, flood_by_teacher),
     (0.12, guess_without_end),
     (0.2, say_nothing),
     (0.15, flood_connections),
