@@ -23,14 +23,8 @@ _SLOW = 6
 
 async def full_disk(run: "Lesson") -> None:
     """The disk is full: what has to be stored is refused and changes nothing; whoever leaves is out, for good."""
-    if run.loop and run.random.random() < 0.5:
-        # The file is being written, without what happens meanwhile; that stays so whatever can't be stored later.
-        run.loop.late_s = 0.5
-        storing = asyncio.create_task(lesson_teacher.settings(run))
-        await asyncio.sleep(0.05)
-        run.loop.late_s = 0.0
-        await lesson_doors.leave(run)
-        await storing
+    if run.random.random() < 0.6:
+        await _part_while_it_fills(run)
     run.disk.fill()
     run.disk.free_bytes = run.random.choice((0, 30))
     refused = run.random.sample((_join, _rename, _new_code, _hand_out, _save, _draft, _new_number), 3)
@@ -49,6 +43,28 @@ async def full_disk(run: "Lesson") -> None:
     if run.random.random() < 0.5:
         await lesson_times.restart(run)
         await lesson_times.check_out(run)
+
+
+async def _part_while_it_fills(run: "Lesson") -> None:
+    """Somebody goes while the file is being written, and the disk is full when it is to be written without them."""
+    assert run.loop
+    pupil = run.draw(run.pupils)
+    if pupil is None:
+        return
+    if len(pupil.devices) < 2:
+        await lesson_doors.come_back(run, pupil)
+    acts = (lesson_doors.leave, lambda run: lesson_teacher.remove_pupil(run, pupil), _sign_out_teacher)
+    run.loop.late_s = 0.5
+    tab, run.title = run.twin(run.teacher), f"Class {run.random.randrange(100)}"
+    storing = asyncio.create_task(run.expect("as-asked", tab, "teacher/settings", DONE, title=run.title))
+    await asyncio.sleep(0.1)
+    going = asyncio.create_task(run.random.choice(acts)(run))
+    await asyncio.sleep(0.7)
+    run.disk.fill()
+    run.disk.free_bytes = 0
+    run.loop.late_s = 0.0
+    await storing
+    await going
 
 
 async def _refused(run: "Lesson", browser: Browser, request: str, /, **message: Any) -> None:
