@@ -20,8 +20,10 @@ from tests.faults import (
     lesson_https,
     lesson_list,
     lesson_luck,
+    lesson_mat,
     lesson_pairs,
     lesson_remote,
+    lesson_report,
     lesson_strangers,
     lesson_studio,
     lesson_teacher,
@@ -38,10 +40,9 @@ from tests.faults.system import Replaced, replaced
 from tests.faults.world import Process, World
 
 from motorcade.classroom.app import REQUESTS
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import MotorcadeError
 from motorcade.server.fleet import RemoteCar
 from motorcade.server.running import url_of
-from motorcade.service.messages import sentences
 from motorcade.service.requests import REQUESTS as STUDIO_REQUESTS
 
 _ACTS, _TURNS = 34, 7
@@ -167,7 +168,8 @@ class Lesson(ClassComputer):
         self.holders: dict[str, Pupil | None] = {CABLE: None, CAR: None}
         self.mat = "closed"
         self.mat_entries: list[Pupil] = []
-        self.mat_places = 0
+        self.mat_places = self.mat_followers = 0
+        self.mat_plan: dict[str, Any] = {}
         self.teachers_page: SimulatedPage | None = None
         self.library: dict[str, list[str]] = {}
         # When an address, and somebody of a likeness, has tried.
@@ -205,6 +207,8 @@ class Lesson(ClassComputer):
             *lesson_work.ACTS,
             *lesson_uploads.ACTS,
             *lesson_teacher.ACTS,
+            *lesson_mat.ACTS,
+            *lesson_report.ACTS,
             *lesson_cars.ACTS,
             *lesson_remote.ACTS,
             *lesson_luck.ACTS,
@@ -320,8 +324,7 @@ class Lesson(ClassComputer):
         holders = [{"name": name, "holder": pupil and pupil.id} for name, pupil in self.holders.items()]
         mat = {
             "state": self.mat,
-            "mission": None,
-            "title": {} if self.mat == "closed" else sentences(Phrase("parade")),
+            **(self.mat_plan if self.mat != "closed" else {"mission": None, "title": {}}),
             "places": self.mat_places,
             "entries": [pupil.id for pupil in self.mat_entries],
         }
@@ -466,7 +469,7 @@ class Lesson(ClassComputer):
             self.begin(stored="")
         self.disk.after = lambda: None
 
-    write_report = staticmethod(lesson_teacher.write_report)
+    write_report = staticmethod(lesson_report.write_report)
 
     def names(self) -> Replaced:
         own = lesson_work.names(self) | lesson_cars.names(self) | lesson_luck.names(self) | lesson_list.names(self)
