@@ -7,6 +7,7 @@ calendar that is set, and files that somebody has damaged. `tests.faults.class_r
 
 import asyncio
 import re
+import ssl
 from collections import Counter
 from collections.abc import Awaitable, Callable, Sequence
 from typing import Any, TypeVar
@@ -194,6 +195,7 @@ class Lesson(ClassComputer):
         # That browsers were given, each once.
         self.secrets: set[str] = set()
         self._marks = self._addresses = self.studios = 0
+        self.studio_tls: ssl.SSLContext | None = None
         self._first_turn = _TURNS * int(room.seed.rpartition(" ")[2])
         # By how many there are.
         self._turns: Counter[int] = Counter()

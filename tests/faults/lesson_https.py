@@ -56,6 +56,12 @@ def _held() -> tuple[Any, ...]:
     return folder, place, made, authority, https_context(own), ssl.create_default_context(cadata=authority.decode())
 
 
+def contexts() -> tuple[ssl.SSLContext, ssl.SSLContext]:
+    """TLS of a server with a class's keys, and of a browser that trusts them."""
+    *_, own, trusts = _held()
+    return own, trusts
+
+
 async def keep_keys(run: "Lesson") -> None:
     """A class's keys are for its addresses and stay as long as these do; a tablet that trusts them goes on to do so."""
     _, folder, made, authority, *_ = _held()
