@@ -187,6 +187,8 @@ class Lesson(ClassComputer):
         # A car of the teacher's list, and the last order to all of these.
         self.listed = lesson_list.ListedCar(self)
         self.ordered = ""
+        # The program that the list has loaded since its server runs, by its checksum.
+        self.loaded: dict[int, str] = {}
         # How many runs each page wanted whose trial had its turn.
         self.turns: list[int] = []
         # Who may see each mark.

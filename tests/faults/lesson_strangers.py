@@ -1,6 +1,7 @@
 """Who must not get in: strangers, thieves of cookies, other sites, floods, and those who guess without end."""
 
 import asyncio
+import gzip
 import hashlib
 import json
 import re
@@ -154,6 +155,11 @@ async def fetch_files(run: "Lesson") -> None:
         outcome, data = await who.fetch("GET", path)
         run.world.keep("as-asked", data.decode() == FILES[file], f"{path} is {outcome} {data[:60]!r}")
         lesson_heads.check_page(run, who, path)
+    for method, path in (("GET", "/assets/code-1.js"), ("POST", "/api/missions")):
+        asker = run.teacher if method == "POST" else who
+        _, packed = await asker.fetch(method, path, b"{}" if method == "POST" else b"", "Accept-Encoding: gzip\r\n")
+        kind = asker.head.get("content-encoding")
+        run.world.keep("as-asked", kind == "gzip" and len(gzip.decompress(packed)) > len(packed), f"{path}: {kind}")
     for path in ("/authority.crt", "/class.json", "/../class.json", "/owners/01/draft.json"):
         outcome, _ = await who.fetch("GET", path)
         run.world.keep("strangers-stay-out", who.status == 404, f"{path} ends in {outcome}")

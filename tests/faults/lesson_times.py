@@ -129,7 +129,7 @@ async def come_up(run: "Lesson") -> None:
     """Wait for the server, and open all pages; what need not survive it is as at the beginning."""
     await wait_for_server(run)
     run.frozen = run.stopped = False
-    run.ordered = ""
+    run.ordered, run.loaded = "", {}
     run.addresses = run.first_addresses()
     run.holders = dict.fromkeys(run.holders)
     run.mat, run.mat_entries, run.mat_places = "closed", [], 0

@@ -128,6 +128,32 @@ async def wall_of_nobody(run: "Lesson") -> None:
     run.world.keep("out-is-out", told == (True, ["no-such-pupil"]), "who looks at nobody is told {}", told)
 
 
+async def many_changes(run: "Lesson") -> None:
+    """Whatever changes often is shown a few times a second, and as it is at last."""
+    pages = [page for page in (run.teachers_page, *(pupil.page for pupil in run.pupils)) if page and not page.has_ended]
+    kind = run.random.choice(("freeze", "hand"))
+    pupil = run.draw(run.pupils)
+    if pupil is None:
+        return
+    await asyncio.sleep(0.5)
+    before = [len(page.messages) for page in pages]
+    began_s = run.world.now_s
+    for number in range(16):
+        if kind == "freeze":
+            run.frozen = number % 2 == 0
+            await run.expect("as-asked", run.teacher, "teacher/freeze", DONE, frozen=run.frozen)
+        else:
+            pupil.hand, pupil.hand_s = number % 2 == 0, run.world.now_s
+            await run.expect("as-asked", pupil.browser, "class/hand", DONE, raised=pupil.hand)
+        await asyncio.sleep(0.05)
+    took_s = run.world.now_s - began_s
+    for page, count in zip(pages, before, strict=True):
+        every_s = 0.25 if page is run.teachers_page else 0.1
+        shown = len(page.messages) - count
+        run.world.keep("bounded", shown <= took_s / every_s + 2, f"in {took_s} s a page is sent {shown} times")
+    await run.check_pages()
+
+
 async def ping_pages(run: "Lesson") -> None:
     """A page that says nothing for long is asked whether it is there, and is dropped where it doesn't answer."""
     pupil = run.draw([each for each in run.pupils if each.page and not each.page.has_ended])
@@ -147,4 +173,4 @@ async def ping_pages(run: "Lesson") -> None:
     run.world.keep("page-stays", outcome == DONE, f"a pupil who has a page is told {outcome}")
 
 
-ACTS = [(0.35, look_at_wall), (0.3, wall_of_nobody), (0.25, ping_pages)]
+ACTS = [(0.35, look_at_wall), (0.3, wall_of_nobody), (0.25, ping_pages), (0.3, many_changes)]
