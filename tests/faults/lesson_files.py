@@ -22,6 +22,7 @@ SIGNED_IN_S = 12 * 3600.0
 _MOST_SIGN_INS = 8
 # Of a time in the file: a request takes a moment, and the class looks at the calendar once a second.
 _ABOUT_S = 5.0
+_ENDING = ".motorcade.json"
 _NEWS = ("number", "kind", "name", "sender")
 _SETTINGS = ("title", "is_open", "stuck_minutes", "code", "joined", "paired", "handed")
 
@@ -175,3 +176,13 @@ def _check_more(run: "Lesson", pupil: "Pupil", files: dict[str, bytes]) -> None:
     stars = json.loads(files[STARS])["stars"] if STARS in files else {}
     known = stars_of(pupil)
     run.world.keep("answered-stays", stars == known, f"{pupil.name} has {stars}, not {known}")
+
+
+def used_bytes(run: "Lesson", owner: str) -> int:
+    """What an owner's projects take, with all versions and those that were deleted."""
+
+    def size(node: Node) -> int:
+        inside = node.entries.items()
+        return sum(size(each) if each.is_folder else len(each.data) * name.endswith(_ENDING) for name, each in inside)
+
+    return size(check_left(run)[owner]) if owner in check_left(run) else 0

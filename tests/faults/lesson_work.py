@@ -35,7 +35,7 @@ MISSIONS = [mission.id for mission in list_missions({})][:6]
 SERIAL = Port("/dev/ttyTEST", "a car's cable", "serial")
 GIFTS, GIFTS_S = 10, 60.0
 # Few enough that a lesson comes to them.
-LIMITS = Limits(projects=9, versions=4, size_bytes=1 << 24)
+LIMITS = Limits(projects=9, versions=4, size_bytes=1 << 17)
 MOST_NEWS, MOST_MISSIONS = 5, 3
 # How a project is answered that is stored as WORK.
 WHOLE = WORK | dict.fromkeys(("mat", "range_mm", "level", "car"))
