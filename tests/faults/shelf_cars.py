@@ -73,6 +73,8 @@ class ShelfCar:
         self.checks: list[str] = []
         self.images: list[str] = []
         self.is_mute = self.ignores_orders = False
+        # The kind of request at which it hangs up.
+        self.hangs_up_at = ""
         # Whether it says more than it is asked.
         self.talks = False
         # At a cable: what it sends by itself, for how long, and whether it shows what it gets, as a prompt does.
@@ -189,6 +191,9 @@ class _Line(asyncio.Protocol):
             if request is None:
                 continue
             car.asked.append((request.kind, request.name, car.world.now_s))
+            if request.kind == car.hangs_up_at:
+                self.hang_up()
+                return
             self.send(car.answer(request))
         car.got += len(data) - REQUEST_BYTES * len(requests)
         is_silent = car.world.now_s - self._last_s >= _SILENCE_S
