@@ -305,9 +305,9 @@ def key_of(pupil: "Pupil", number: int = 0) -> str:
     return f"{int(pupil.id):x}{number:x}".rjust(32, "0")
 
 
-def world_of_mission() -> dict[str, Any]:
+def world_of_mission(mission: str = MISSION) -> dict[str, Any]:
     """What a page sends that opens a mission."""
-    return SET | {"mission": {"id": MISSION}, "mat": chosen_mission(MissionChoice(id=MISSION)).mat_document}
+    return SET | {"mission": {"id": mission}, "mat": chosen_mission(MissionChoice(id=mission)).mat_document}
 
 
 async def play(run: "Lesson") -> None:

@@ -42,13 +42,13 @@ WHOLE = WORK | dict.fromkeys(("mat", "range_mm", "level", "car"))
 _STORED_S = 1.0
 # What the check of all work takes.
 _REPORT_S = 0.5
-_FIRST = MISSION
+SOLVES, FAILS = Program([forward(2, speed=1)]), Program([forward(5, speed=3)])
 IMAGE = base64.b64encode(compile_program(Program([forward(1, speed=2), left(1)])).image).decode()
 
 
-def solution() -> dict[str, Any]:
-    """The leader's blocks of a program that earns a star in the first mission."""
-    return blocks_of(Program([forward(5, speed=3)]))[0]
+def solution(program: Program = SOLVES) -> dict[str, Any]:
+    """The leader's blocks of a program; this one earns stars in the first mission."""
+    return blocks_of(program)[0]
 
 
 def work(run: "Lesson", *pupils: "Pupil") -> tuple[str, dict[str, Any]]:
@@ -84,14 +84,12 @@ async def draft(run: "Lesson") -> None:
         return
     if run.random.random() < 0.7:
         mark, project = work(run, pupil)
-        mission = run.random.choice((None, {"id": _FIRST}))
+        mission = run.random.choice((None, {"id": MISSION}))
         more = {"place": f"tab {run.random.randrange(3)}", "mission": mission}
         message = {"name": "a draft", "project": project} | more
         await run.expect("as-asked", pupil.browser, "class/draft/write", DONE, **message)
         pupil.draft, pupil.draft_name, pupil.draft_s = mark, "a draft", run.world.now_s
         pupil.draft_more = more | {"mission": mission and mission | {"document": None}}
-    if run.random.random() < 0.1:
-        await run.expect("says-why", pupil.browser, "class/draft/write", "bad-message", name="x" * 161, project=WORK)
     await check_draft(run, pupil)
 
 
@@ -206,7 +204,7 @@ async def own_missions(run: "Lesson") -> None:
     pupil = run.draw(run.pupils)
     if pupil is None:
         return
-    document = chosen_mission(MissionChoice(id=_FIRST)).document
+    document = chosen_mission(MissionChoice(id=MISSION)).document
     await run.expect("as-asked", pupil.browser, "missions/write", DONE, name="mine", document=document)
     pupil.missions["mine"] = ["motorcade-mission/1"]
     answer = await run.expect("answered-stays", pupil.browser, "missions/read", DONE, name="mine")
@@ -236,7 +234,7 @@ async def export_and_import(run: "Lesson") -> None:
         saved = await run.expect("as-asked", pupil.browser, "save-text", DONE, **project)
         versions = [{"saved_at": "2026-01-01T00:00:00.000Z", "text": saved["text"]}]
         more = {"format": "motorcade-projects/1", "projects": [{"name": "from home", "versions": versions}]}
-        more["stars"] = {_FIRST: [1, 9]}
+        more["stars"] = {MISSION: [1, 9]}
         await run.expect("as-asked", pupil.browser, "projects/import", DONE, text=json.dumps(more))
         if "from home" not in pupil.projects:
             pupil.projects["from home"] = [mark]
@@ -244,7 +242,7 @@ async def export_and_import(run: "Lesson") -> None:
             free = next(name for name in map("from home ({})".format, range(2, 50)) if name not in pupil.projects)
             pupil.projects[free] = [mark]
         pupil.imported = True
-    bad = run.random.choice(("", "[]", "{", '{"format": 5}', text[: len(text) // 2]))
+    bad = run.in_turn(("", "[]", "{", '{"format": 5}', text[: len(text) // 2]))
     await run.expect("says-why", pupil.browser, "projects/import", "no-projects-file", text=bad)
     await check_library(run, pupil)
 
@@ -254,11 +252,13 @@ async def check_stars(run: "Lesson") -> None:
     pupil = run.draw(run.pupils)
     if pupil is None:
         return
-    message = {"mission": {"id": _FIRST}, "leader": solution()}
+    program = run.random.choice((SOLVES, FAILS))
+    message = {"mission": {"id": MISSION}, "leader": solution(program)}
     answer = await run.expect("as-asked", pupil.browser, "missions/check", DONE, **message)
-    before = set(pupil.stars.get(_FIRST, ())) | ({1} if pupil.imported else set())
-    pupil.stars[_FIRST] = sorted({*answer["stars"], *before})
-    run.world.keep("answered-stays", answer["earned"] == pupil.stars[_FIRST], f"{answer['earned']}: {pupil.stars}")
+    run.world.keep("as-asked", bool(answer["stars"]) == (program is SOLVES), f"a program earns {answer['stars']}")
+    before = set(pupil.stars.get(MISSION, ())) | ({1} if pupil.imported else set())
+    pupil.stars[MISSION] = sorted({*answer["stars"], *before})
+    run.world.keep("answered-stays", answer["earned"] == pupil.stars[MISSION], f"{answer['earned']}: {pupil.stars}")
     progress = await run.expect("as-asked", run.teacher, "teacher/progress", DONE)
     known = {each.id: stars_of(each) for each in run.pupils}
     run.world.keep("answered-stays", progress["stars"] == known, "the teacher sees {}", progress["stars"])
@@ -296,7 +296,7 @@ async def studio_requests(run: "Lesson") -> None:
         ("projects/place", {}),
         ("compile", leader),
         ("save-text", WORK),
-        ("mission", {"id": _FIRST}),
+        ("mission", {"id": MISSION}),
         ("decompile", {"image": IMAGE, "profile": "classroom"}),
         ("blocks-to-python", leader),
     ]
@@ -489,7 +489,7 @@ ACTS = [
     (0.6, delete),
     (0.4, own_missions),
     (0.6, export_and_import),
-    (0.15, check_stars),
+    (0.3, check_stars),
     (0.8, studio_requests),
     (2.0, give),
     (0.8, see_news),
