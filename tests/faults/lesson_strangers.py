@@ -349,9 +349,20 @@ async def say_nothing(run: "Lesson") -> None:
     mute = (await asyncio.open_connection("server", 7710, local_addr=(address, 0)))[1]
     mute.transport.pause_reading()  # type: ignore[attr-defined]
     mute.write(_PIPELINED * _MANY)
+    # Two send a long body, a letter at a time, and in pieces that a slow line carries.
+    letters = (await asyncio.open_connection("server", 7710, local_addr=(address, 0)))[1]
+    letters.write(halves[1] + b"Content-Length: 9000\r\n\r\n")
+    slow = await asyncio.open_connection("server", 7710, local_addr=(address, 0))
+    slow[1].write(halves[1] + b"Content-Length: 90000\r\n\r\n")
     await asyncio.sleep(1.0)
     run.world.keep("bounded", run.is_connected(mute), "a connection is closed at once")
-    await asyncio.sleep(_REQUEST_S * 2 + 1.0)
+    for _ in range(int(_REQUEST_S) + 1):
+        letters.write(b"x")
+        slow[1].write(b"x" * 1400)
+        await asyncio.sleep(2.0)
+    kept = run.is_connected(letters), run.is_connected(slow[1])
+    run.world.keep("bounded", kept == (False, True), f"of slow bodies, of letters and of pieces, these stay: {kept}")
+    slow[1].transport.abort()
     run.world.keep("bounded", not run.is_connected(mute), "a connection is kept that takes nothing")
     mute.transport.abort()
     for (reader, writer), half in zip(streams, halves, strict=True):

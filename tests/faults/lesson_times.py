@@ -259,7 +259,7 @@ async def get_stuck(run: "Lesson") -> None:
     if begun:
         row = _row(run, pupil)
         run.world.keep("shows-what-is", row["stuck_s"] is None, f"{pupil.name}, who begins, is stuck")
-    if run.random.random() < 0.5:
+    if run.random.random() < 0.3:
         # A mission that is opened anew has nothing reached, so that the same is a step again.
         for mission in (_NEXT, MISSION):
             await _reach(run, pupil, page)

@@ -29,7 +29,7 @@ from motorcade.service.missions import open_mission as opened_mission
 if TYPE_CHECKING:
     from tests.faults.lesson import Lesson, Pupil
 
-PROJECTS = ("project 0", "Röbot", "con.x", '<i>%&"')
+PROJECTS = ("project 0", "Röbot", "con.x", '<i>%&"', 60 * "n")
 BAD_NAMES = ("", " ", ".", "..", "a/b", "a\\b", "x" * 61, "a\u202eb", "a\nb")
 MISSIONS = [mission.id for mission in list_missions({})][:6]
 SERIAL = Port("/dev/ttyTEST", "a car's cable", "serial")
@@ -112,7 +112,7 @@ def check_saved_at(run: "Lesson", shown: str | None, saved_s: float | None) -> N
 
 async def save(run: "Lesson") -> None:
     """A pupil stores a project, with or without the version that it was made of."""
-    pupil, name = run.draw(run.pupils), run.random.choice(PROJECTS)
+    pupil, name = run.draw(run.pupils), run.in_turn(PROJECTS)
     if pupil is None:
         return
     mark, project = work(run, pupil)
@@ -344,7 +344,7 @@ async def give(run: "Lesson") -> None:
 
 
 async def _give(run: "Lesson", pupil: "Pupil", takers: "list[Pupil]", count: int) -> None:
-    name = run.random.choice(list(pupil.projects))
+    name = run.random.choice((max(pupil.projects, key=len), *pupil.projects))
     for _ in range(count):
         taker = run.draw(takers)
         pupil.gifts_s = [when_s for when_s in pupil.gifts_s if run.world.now_s - when_s < GIFTS_S]
