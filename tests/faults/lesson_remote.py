@@ -240,6 +240,8 @@ async def drive_simulated(run: "Lesson") -> None:
     _check_driven(run, owns, [0])
     await asyncio.sleep(0.6)
     _check_telemetry(run, page, "0", state="failsafe", driver=you, drives=True)
+    if run.random.random() < 0.5:
+        await _reset(run, owns, page, you)
     await _take_back(run, owns, page, you)
     other = run.draw([each for each in run.pupils if each is not pupil])
     if other:
@@ -254,6 +256,24 @@ async def drive_simulated(run: "Lesson") -> None:
     run.world.keep("as-asked", is_so, f"what a car sees: {outcome} {data[:40]!r}")
     page.close()
     owns.close()
+
+
+async def _reset(run: "Lesson", owns: "SimulatedPage", page: "SimulatedPage", you: str) -> None:
+    """A car that somebody has stopped, and at which nobody is, stays stopped when its world begins anew."""
+    page.send({"do": "stop", "cars": ["1"]})
+    await asyncio.sleep(0.2)
+    owns.send({"do": "reset", "seed": 5})
+    await asyncio.sleep(0.3)
+    page.send({"do": "join", "car": "1"})
+    page.send({"do": "start"})
+    await asyncio.sleep(0.3)
+    _check_telemetry(run, page, "1", state="stopped")
+    _check_telemetry(run, page, "0", state="failsafe", driver=you, drives=True)
+    page.send({"do": "clear", "car": "1"})
+    await asyncio.sleep(0.1)
+    page.send({"do": "resume", "car": "1"})
+    await asyncio.sleep(0.2)
+    _check_telemetry(run, page, "1", state="program")
 
 
 async def _take_back(run: "Lesson", owns: "SimulatedPage", page: "SimulatedPage", you: str) -> None:

@@ -49,7 +49,7 @@ async def studio(run: "Lesson") -> None:
     await asyncio.sleep(_STARTS_S)
     await _without_token(run)
     await _with_token(run)
-    await run.random.choice((_many_worlds, _work_alone, _many_in_all))(run)
+    await run.random.choices((_many_worlds, _work_alone, _many_in_all), (0.3, 0.6, 0.1))[0](run)
     process.end()
 
 
@@ -181,4 +181,4 @@ async def _work_alone(run: "Lesson") -> None:
     await browser.ask("projects/delete", name="alone")
 
 
-ACTS = [(0.45, studio)]
+ACTS = [(0.35, studio)]
