@@ -171,6 +171,7 @@ class Lesson(ClassComputer):
         self.mat_entries: list[Pupil] = []
         self.mat_places = self.mat_followers = 0
         self.mat_plan: dict[str, Any] = {}
+        self.mat_started_s = 0.0
         self.teachers_page: SimulatedPage | None = None
         self.library: dict[str, list[str]] = {}
         # When an address, and somebody of a likeness, has tried.
@@ -326,16 +327,17 @@ class Lesson(ClassComputer):
 
     def _shared_view(self, page: SimulatedPage) -> dict[str, Any]:
         holders = [{"name": name, "holder": pupil and pupil.id} for name, pupil in self.holders.items()]
+        shown = page.newest("class") or page.newest("pupil") or {}
+        # Its world goes on while somebody looks at it, and has an end.
+        is_over = self.mat == "running" and self.world.now_s > self.mat_started_s + _STARTS_S
         mat = {
-            "state": self.mat,
+            "state": "over" if is_over and shown["mat"]["state"] == "over" else self.mat,
             **(self.mat_plan if self.mat != "closed" else {"mission": None, "title": {}}),
             "places": self.mat_places,
             "entries": [pupil.id for pupil in self.mat_entries],
         }
         # A server that starts looks at its ports within a second or so.
-        cabled = self.world.now_s > self.started_s + _STARTS_S or (
-            page.newest("class") or page.newest("pupil") or {}
-        ).get("cabled")
+        cabled = self.world.now_s > self.started_s + _STARTS_S or shown.get("cabled")
         return {"frozen": self.frozen, "stopped": self.stopped, "shared": holders, "cabled": cabled, "mat": mat}
 
     def _view_of(self, pupil: Pupil, page: SimulatedPage) -> dict[str, Any]:

@@ -32,7 +32,7 @@ async def mat(run: "Lesson") -> None:
         else:
             wanted = DONE if run.mat_entries else "mat-is-empty"
             await run.expect("as-asked", run.teacher, "teacher/mat/start", wanted)
-            run.mat = "running" if run.mat_entries else run.mat
+            run.mat, run.mat_started_s = "running" if run.mat_entries else run.mat, run.world.now_s
     elif not opens:
         await run.expect("as-asked", run.teacher, "teacher/mat/close", DONE)
         run.mat, run.mat_entries, run.mat_places = "closed", [], 0
