@@ -24,6 +24,9 @@ _TOLD_S = 0.5
 _PICTURE_S = 0.03
 # Of the remote's telemetry: how late it is, and that of a page that has done nothing.
 _LATE_MS = 500
+_KEY = "e" * 32
+# At a car there are so many places; who has one and is silent for less than that keeps it.
+_PLACES, _SILENT_S = 9, 6.0
 _IDLE = {"drives": False, "waits": False}
 
 
@@ -304,6 +307,26 @@ def _check_driven(run: "Lesson", owns: "SimulatedPage", known: list[int]) -> Non
     run.world.keep("shows-what-is", driven == known, "the world's page shows that {} are driven, not {}", driven, known)
 
 
+async def crowd_at_world(run: "Lesson") -> None:
+    """Pages that look at a car for long have a place from the moment on at which they ask for the wheel."""
+    path = f"session={_KEY}"
+    owns = (await run.teacher.open(f"world?{path}")).follow()
+    owns.send(SET)
+    await asyncio.sleep(0.4)
+    pages = [(await run.teacher.open(f"/drive/ws?{path}")).follow() for _ in range(_PLACES + 1)]
+    for page in pages:
+        page.send({"do": "join", "car": "0"})
+    await asyncio.sleep(_SILENT_S)
+    for page in pages:
+        page.send({"do": "request", "car": "0"})
+        await asyncio.sleep(0.05)
+    await asyncio.sleep(0.3)
+    told = [page.codes() for page in pages]
+    run.world.keep("bounded", told == [[]] * _PLACES + [["full"]], f"of ten pages that ask for a car {told} is told")
+    for page in (*pages, owns):
+        page.close()
+
+
 # Cameras.
 
 
@@ -390,5 +413,6 @@ ACTS = [
     (0.3, bad_name),
     (0.5, away_car),
     (0.5, drive_simulated),
+    (0.2, crowd_at_world),
     (0.5, watch_camera),
 ]

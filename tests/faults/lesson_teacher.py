@@ -336,7 +336,7 @@ ACTS = [
     (0.7, stop_and_release),
     (1.2, pass_on),
     (2.0, hand_out),
-    (1.0, look_at_work),
+    (1.4, look_at_work),
     (0.5, teachers_library),
     (1.5, remove),
     (0.4, end_class),

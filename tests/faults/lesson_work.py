@@ -300,7 +300,7 @@ async def studio_requests(run: "Lesson") -> None:
         ("decompile", {"image": IMAGE, "profile": "classroom"}),
         ("blocks-to-python", leader),
     ]
-    for _ in range(4):
+    for _ in range(6):
         request, message = run.in_turn(requests)
         await run.ask(pupil.browser, request, **message)
     rest = (
@@ -313,7 +313,7 @@ async def studio_requests(run: "Lesson") -> None:
         "missions/open",
         "missions/save-text",
     )
-    for _ in range(3):
+    for _ in range(5):
         request = run.in_turn((*rest, "event-table"))
         outcome, _ = await run.ask(pupil.browser, request, nonsense=5)
         run.world.keep("says-why", outcome != DONE, f"{request} with nonsense ends in {outcome}")
