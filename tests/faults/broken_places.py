@@ -217,6 +217,7 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
             "pupil is None",
         ),
         ("numbers-guessed-without-end", "            self.of_a_name.add(alike, now_s)\n", ""),
+        ("who-has-gone-comes-back", "            change(self.kept)", "            pass"),
         ("stopped-cars-drive", "return not self.stopped and not self.frozen and", "return not self.frozen and"),
         ("teacher-for-ever", "device != device]", "device == device]"),
         ("nine-devices", "pupil.devices[-_MOST_DEVICES + 1 :]", "pupil.devices"),
@@ -229,6 +230,7 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
     ),
     ("lesson", "classroom/record.py"): (
         ("one-wrong-letter-deletes-all", "ClassRecord(Struct, forbid_unknown_fields=True)", "ClassRecord(Struct)"),
+        ("a-former-mission-counts", "            self.most_met = 0\n", ""),
         ("one-wrong-digit-deletes-all-of-one", "all(is_known(record, owner) for owner in owners)", "owners"),
     ),
     ("lesson", "classroom/pairs.py"): (
@@ -243,9 +245,11 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
         ("no-rate", "            self.rates.count(visitor, self.settings.clock())", "            pass"),
         ("any-page-any-world", "        return visitor == owner\n", "        return True\n"),
         ("cable-of-another", "                self.room.check_cable(visitor)", "                pass"),
+        ("cookies-without-https", 'secure = connection.scope["scheme"] in ("https", "wss")', "secure = False"),
         ("all-wait-for-one", "setdefault((visitor, request == CHECK)", 'setdefault(("", request == CHECK)'),
     ),
     ("lesson", "server/request_filter.py"): (
+        ("a-stream-that-is-over-is-logged", "if is_over and connection and not is_socket:", "if False:"),
         ("other-sites-let-in", "if any(origin not in own for origin in origins) or (", "if ("),
         (
             "foreign-hosts",
@@ -256,6 +260,7 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
     ("lesson", "classroom/handlers.py"): (
         ("end-without-password", "        await self._check_password(client, password, now_s)\n        ", "        "),
         ("gifts-without-end", "        self._gifts.count(who, now_s)\n", ""),
+        ("who-is-out-stays-on-the-mat", "            self._running.mat.leave(owner)\n", ""),
         ("a-key-works-twice", "            self._running.first_key = None\n", "            pass\n"),
         (
             "nobodys-pair-stays",
@@ -280,6 +285,17 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
     ),
     ("lesson", "server/studio/sessions.py"): (
         ("page-of-before-plays", "            if session.page is not page:\n                return\n", ""),
+    ),
+    ("lesson", "server/running.py"): (("a-letter-at-a-time", "came < _LEAST_BYTES", "came == 0"),),
+    ("lesson", "server/studio/driving.py"): (
+        ("a-reset-lifts-a-stop", ' and driven.control.telemetry().state != "stopped":', ":"),
+    ),
+    ("lesson", "drive/session.py"): (
+        (
+            "who-has-looked-for-long-loses-the-place",
+            "            session.commanded_ms = self.clock()\n            session.has_place",
+            "            session.has_place",
+        ),
     ),
     ("lesson", "drive/client.py"): (
         ("a-release-is-overtaken", 'if self._has_released and you.get("drives"):', "if False:"),
@@ -434,6 +450,11 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
             "neither-said-as-old",
             "            self.holds = NEITHER\n            if self._held == held_first:\n",
             "            if True:\n",
+        ),
+        (
+            "no-silence-before-an-image",
+            "yield from self._settle(SETTLE_MS)\n            self._last = ",
+            "self._last = ",
         ),
         ("sent-before-it-is", "                sent(count)\n", "                sent(len(data))\n"),
     ),

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import ssl
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
@@ -28,10 +29,11 @@ class Browser:
         address: where it is; None for the process that runs.
         host: what it calls the server.
         server: the computer and the port to which it connects.
+        tls: with which it connects, to the class's name in the network.
 
     Attributes:
         cookies, attributes: values and attributes of each cookie, by its name.
-        status: of the last answer.
+        status, given: of the last answer its status, and the cookies that it sets, as they are written.
         note: called with the path of each request and WebSocket, and how it ended.
     """
 
@@ -41,16 +43,19 @@ class Browser:
         address: str | None = None,
         host: str = HOST,
         server: tuple[str, int] = (SERVER, PORT),
+        tls: ssl.SSLContext | None = None,
     ) -> None:
         self.cookies: dict[str, str] = {}
         self.attributes: dict[str, str] = {}
         self.status = 0
+        self.given: list[str] = []
         self._used_s = 0.0
         self.head: dict[str, str] = {}
         self.address = address
         self.note: Callable[[str, str], None] = lambda path, outcome: None
         self._host = host
         self._server = server
+        self._tls: dict[str, Any] = {"ssl": tls, "server_hostname": "motorcade.local"} if tls else {}
         self._seen = seen
         self._streams: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
 
@@ -79,6 +84,14 @@ class Browser:
             self.hang_up()
             return UNKNOWN, b""
 
+    async def stream(
+        self, path: str, method: str = "GET", count: int = 1
+    ) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+        """Ask for what goes on without end, or ``count`` times at once, by a connection of its own."""
+        reader, writer = await self._connect()
+        writer.write(count * self._request(method, path, 0, ""))
+        return reader, writer
+
     async def begin(self, name: str, /, **message: Any) -> "LateBody":
         """Send a request without its body, by a connection of its own."""
         body = json.dumps(message).encode()
@@ -94,7 +107,7 @@ class Browser:
 
     async def _connect(self) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
         at = {"local_addr": (self.address, 0)} if self.address else {}
-        return await asyncio.open_connection(*self._server, **at)  # type: ignore[arg-type]
+        return await asyncio.open_connection(*self._server, **at, **self._tls)  # type: ignore[arg-type]
 
     async def _connection(self) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
         now_s = asyncio.get_running_loop().time()
@@ -113,7 +126,7 @@ class Browser:
         head = await reader.readuntil(b"\r\n\r\n")
         self._seen(head)
         lines = head.decode("latin-1").split("\r\n")
-        self.status, self.head = int(lines[0].split()[1]), {}
+        self.status, self.head, self.given = int(lines[0].split()[1]), {}, []
         for field, _, value in (line.partition(": ") for line in lines[1:] if line):
             self.head[field.lower()] = value
             if field.lower() == "set-cookie":
@@ -128,6 +141,7 @@ class Browser:
         return code_of(answer), answer
 
     def _keep(self, cookie: str) -> None:
+        self.given.append(cookie)
         value, _, attributes = cookie.partition(";")
         key, _, secret = value.partition("=")
         self.attributes[key] = attributes
@@ -211,7 +225,9 @@ class SimulatedPage:
     Attributes:
         refused: the code with which it wasn't opened; "" where it was.
         messages: what came, the newest last; at most some.
-        pictures: how many binary messages came.
+        pictures, picture: how many binary messages came, and the last one.
+        pings: how often it was asked whether it is there.
+        is_mute: whether it answers that no more.
         has_ended: whether the server has ended it.
     """
 
@@ -226,7 +242,9 @@ class SimulatedPage:
         self._reader, self._writer, self._take, self._seen = reader, writer, take, seen
         self.refused = refused
         self.messages: list[dict[str, Any]] = []
-        self.pictures = 0
+        self.pictures = self.pings = 0
+        self.picture = b""
+        self.is_mute = False
         self.has_ended = bool(refused)
         self._reading: asyncio.Task[None] | None = None
 
@@ -248,11 +266,14 @@ class SimulatedPage:
                 opcode, data = await _read_frame(self._reader)
                 self._seen(data)
                 if opcode == _PING:
-                    self._writer.write(_masked(10, data))
+                    self.pings += 1
+                    if not self.is_mute:
+                        self._writer.write(_masked(10, data))
                 elif opcode == _CLOSE:
                     raise EOFError("closed")
                 elif opcode == _BINARY:
                     self.pictures += 1
+                    self.picture = data
                 elif opcode == _TEXT:
                     message = json.loads(data)
                     self.messages = [*self.messages[-200:], message]

@@ -1,11 +1,15 @@
 """A class in the simulated room: its server and folder, a teacher, four pupils, a stranger, and all faults."""
 
 import asyncio
+import atexit
 import hashlib
-import tempfile
+from collections.abc import Callable
 from errno import ENOENT
+from functools import cache
 from pathlib import Path
 from random import Random
+from shutil import rmtree
+from tempfile import mkdtemp
 from types import SimpleNamespace
 from typing import Any
 
@@ -40,10 +44,25 @@ _MOST_WAITING_BYTES = 1 << 20
 EPOCH_S = 1_790_000_000.0
 # Of numbers from so many one in so many is drawn again: a class never sees that two pupils have one by chance.
 _LARGE, _AGAIN = 1000, 0.3
-_PAGE = Path(tempfile.gettempdir())
+# The files of a built page, by their addresses.
+FILES = {
+    **{f"{name}.html": f"<title>{name}</title>" for name in ("index", "class", "drive")},
+    "assets/code-1.js": "// " + 500 * "code ",
+}
 # A password whose check takes no time: its cost is stored with it.
 _SALT = b"salt of the test"
-_STORED = f"scrypt:2:{_SALT.hex()}:{hashlib.scrypt(PASSWORD.encode(), salt=_SALT, n=2, r=8, p=1).hex()}"
+STORED = f"scrypt:2:{_SALT.hex()}:{hashlib.scrypt(PASSWORD.encode(), salt=_SALT, n=2, r=8, p=1).hex()}"
+
+
+@cache
+def page_folder() -> Path:
+    """The folder of a built page, once for all runs."""
+    folder = Path(mkdtemp(prefix="motorcade-"))
+    atexit.register(rmtree, folder, ignore_errors=True)
+    for name, text in FILES.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder
 
 
 class ClassComputer:
@@ -55,6 +74,7 @@ class ClassComputer:
         cars: the real cars that pupils may drive.
         limits: how much an owner may store.
         hosts: its addresses.
+        record: takes what pages do with cars.
     """
 
     def __init__(self, room: World) -> None:
@@ -73,6 +93,7 @@ class ClassComputer:
         self.limits = LIMITS
         self.hosts = ["192.168.1.5", "10.0.0.9", "fd00::5"]
         self.first_key: str | None = None
+        self.record: Callable[[str, str, str], None] | None = None
 
     def is_calm(self) -> bool:
         """Whether the server has run undisturbed for a while, whatever its disk does."""
@@ -129,11 +150,12 @@ class ClassComputer:
             try:
                 settings = ClassServerSettings(
                     library=self.folder,  # type: ignore[arg-type]
-                    page=_PAGE,
+                    page=page_folder(),
                     port=_PORT,
                     network=here,
                     cars=self.cars,
                     first_key=self.first_key,
+                    record=self.record,
                     **times,  # type: ignore[arg-type]
                 )
                 app = make_class_app(settings, files)
@@ -161,7 +183,7 @@ class ClassComputer:
         if is_power:
             self.disk.lose_power()
 
-    def begin(self, stored: str = _STORED) -> None:
+    def begin(self, stored: str = STORED) -> None:
         """Prepare the folder of a class whose teacher has a password, unless none is ``stored``."""
         record = new_record(self.random.randrange)
         record.password = stored or None

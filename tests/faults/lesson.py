@@ -7,6 +7,7 @@ calendar that is set, and files that somebody has damaged. `tests.faults.class_r
 
 import asyncio
 import re
+import ssl
 from collections import Counter
 from collections.abc import Awaitable, Callable, Sequence
 from typing import Any, TypeVar
@@ -16,14 +17,20 @@ from tests.faults import (
     lesson_clashes,
     lesson_doors,
     lesson_files,
+    lesson_heads,
+    lesson_https,
     lesson_list,
     lesson_luck,
+    lesson_mat,
     lesson_pairs,
+    lesson_remote,
+    lesson_report,
     lesson_strangers,
     lesson_studio,
     lesson_teacher,
     lesson_times,
     lesson_uploads,
+    lesson_wall,
     lesson_work,
 )
 from tests.faults.browsers import DONE, Browser, SimulatedPage
@@ -34,10 +41,9 @@ from tests.faults.system import Replaced, replaced
 from tests.faults.world import Process, World
 
 from motorcade.classroom.app import REQUESTS
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import MotorcadeError
 from motorcade.server.fleet import RemoteCar
 from motorcade.server.running import url_of
-from motorcade.service.messages import sentences
 from motorcade.service.requests import REQUESTS as STUDIO_REQUESTS
 
 _ACTS, _TURNS = 34, 7
@@ -49,7 +55,6 @@ _SHOWN_S = 0.6
 _SHOWN_LATE_S, _STARTS_S = 8.0, 3.0
 _MARK = re.compile("# mark-[0-9]+-")
 _SESSION_KEY = re.compile("[0-9a-f]{32}")
-_HEADERS = ("content-security-policy", "x-content-type-options", "x-frame-options", "cache-control")
 TABLE = (*REQUESTS, *STUDIO_REQUESTS)
 WINDOWS = ("leader", "followers")
 _T = TypeVar("_T")
@@ -73,6 +78,8 @@ class Pupil:
         self.devices = [browser]
         self.draft: str | None = None
         self.draft_name = ""
+        self.draft_s = 0.0
+        self.draft_more: dict[str, Any] = {"place": "", "mission": None}
         self.projects: dict[str, list[str]] = {}
         self.missions: dict[str, list[str]] = {}
         self.news: list[tuple[int, str, str | dict[str, str], str]] = []
@@ -92,6 +99,10 @@ class Pupil:
     @property
     def browser(self) -> Browser:
         return self.devices[-1]
+
+    def about(self) -> dict[str, str]:
+        """What the pupil's own pages know of the pupil."""
+        return {"id": self.id, "name": self.name, "avatar": self.avatar, "number": self.number}
 
     def tell(self, kind: str, name: str | dict[str, str], sender: str) -> None:
         """Something came."""
@@ -130,7 +141,12 @@ class Lesson(ClassComputer):
     def __init__(self, room: World) -> None:
         super().__init__(room)
         random = self.random
-        self.cars = (RemoteCar(CAR, "car", 5005),)
+        self.has_camera = random.random() < 0.5
+        self.cars = (RemoteCar(CAR, "car", 5005, camera=lesson_remote.CAMERA if self.has_camera else None),)
+        # How many pictures the camera has taken; and what pages did with the car: what, who, and the car.
+        self.pictures = 0
+        self.log: list[tuple[str, str, str]] = []
+        self.record = lambda did, who, car: self.log.append((did, who, car))
         self.limits = lesson_work.LIMITS
         # A lesson begins with a key in place of a password, now and then.
         self.has_password = random.random() < 0.7
@@ -153,7 +169,9 @@ class Lesson(ClassComputer):
         self.holders: dict[str, Pupil | None] = {CABLE: None, CAR: None}
         self.mat = "closed"
         self.mat_entries: list[Pupil] = []
-        self.mat_places = 0
+        self.mat_places = self.mat_followers = 0
+        self.mat_plan: dict[str, Any] = {}
+        self.mat_started_s = 0.0
         self.teachers_page: SimulatedPage | None = None
         self.library: dict[str, list[str]] = {}
         # When an address, and somebody of a likeness, has tried.
@@ -170,12 +188,17 @@ class Lesson(ClassComputer):
         # A car of the teacher's list, and the last order to all of these.
         self.listed = lesson_list.ListedCar(self)
         self.ordered = ""
+        # The program that the list has loaded since its server runs, by its checksum.
+        self.loaded: dict[int, str] = {}
         # How many runs each page wanted whose trial had its turn.
         self.turns: list[int] = []
         # Who may see each mark.
         self.may_see: dict[str, set[str]] = {}
         self.whose: dict[Browser, Pupil] = {}
+        # That browsers were given, each once.
+        self.secrets: set[str] = set()
         self._marks = self._addresses = self.studios = 0
+        self.studio_tls: ssl.SSLContext | None = None
         self._first_turn = _TURNS * int(room.seed.rpartition(" ")[2])
         # By how many there are.
         self._turns: Counter[int] = Counter()
@@ -183,14 +206,19 @@ class Lesson(ClassComputer):
             *lesson_doors.ACTS,
             *lesson_strangers.ACTS,
             *lesson_studio.ACTS,
+            *lesson_https.ACTS,
             *lesson_times.ACTS,
             *lesson_pairs.ACTS,
             *lesson_work.ACTS,
             *lesson_uploads.ACTS,
             *lesson_teacher.ACTS,
+            *lesson_mat.ACTS,
+            *lesson_report.ACTS,
             *lesson_cars.ACTS,
+            *lesson_remote.ACTS,
             *lesson_luck.ACTS,
             *lesson_list.ACTS,
+            *lesson_wall.ACTS,
             *lesson_clashes.ACTS,
         ]
 
@@ -263,10 +291,7 @@ class Lesson(ClassComputer):
         self.world.note(browser.address, request, outcome)
         self.world.asked.add((request, outcome))
         self.world.keep("no-traceback", outcome not in ("internal", "unknown", "no-json"), f"{request}: {outcome}")
-        lacking = [name for name in _HEADERS if name not in browser.head]
-        self.world.keep("guarded-pages", not lacking, f"{request} is answered without {lacking}")
-        kept = browser.head.get("cache-control")
-        self.world.keep("guarded-pages", kept in ("no-store", None), f"a browser keeps {request}: {kept}")
+        lesson_heads.check(self, browser, request, outcome)
         if outcome != DONE and isinstance(answer, dict):
             told = answer["error"]["sentence"]
             self.world.keep("says-why", bool(told.get("en") and told.get("zh")), f"{request}: no sentence")
@@ -302,23 +327,23 @@ class Lesson(ClassComputer):
 
     def _shared_view(self, page: SimulatedPage) -> dict[str, Any]:
         holders = [{"name": name, "holder": pupil and pupil.id} for name, pupil in self.holders.items()]
+        shown = page.newest("class") or page.newest("pupil") or {}
+        # Its world goes on while somebody looks at it, and has an end.
+        is_over = self.mat == "running" and self.world.now_s > self.mat_started_s + _STARTS_S
         mat = {
-            "state": self.mat,
-            "mission": None,
-            "title": {} if self.mat == "closed" else sentences(Phrase("parade")),
+            "state": "over" if is_over and shown["mat"]["state"] == "over" else self.mat,
+            **(self.mat_plan if self.mat != "closed" else {"mission": None, "title": {}}),
             "places": self.mat_places,
             "entries": [pupil.id for pupil in self.mat_entries],
         }
         # A server that starts looks at its ports within a second or so.
-        cabled = self.world.now_s > self.started_s + _STARTS_S or (
-            page.newest("class") or page.newest("pupil") or {}
-        ).get("cabled")
+        cabled = self.world.now_s > self.started_s + _STARTS_S or shown.get("cabled")
         return {"frozen": self.frozen, "stopped": self.stopped, "shared": holders, "cabled": cabled, "mat": mat}
 
     def _view_of(self, pupil: Pupil, page: SimulatedPage) -> dict[str, Any]:
         fields = ("number", "kind", "name", "sender")
         return self._shared_view(page) | {
-            "me": {key: getattr(pupil, key) for key in ("id", "name", "avatar", "number")},
+            "me": pupil.about(),
             "hand": pupil.hand,
             "mission": pupil.mission,
             "news": [dict(zip(fields, news, strict=True)) for news in pupil.news],
@@ -450,11 +475,11 @@ class Lesson(ClassComputer):
             self.begin(stored="")
         self.disk.after = lambda: None
 
-    write_report = staticmethod(lesson_teacher.write_report)
+    write_report = staticmethod(lesson_report.write_report)
 
     def names(self) -> Replaced:
         own = lesson_work.names(self) | lesson_cars.names(self) | lesson_luck.names(self) | lesson_list.names(self)
-        return super().names() | own
+        return super().names() | own | lesson_remote.names(self)
 
 
 def run_lesson(room: World) -> None:

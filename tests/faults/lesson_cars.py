@@ -43,7 +43,7 @@ _MAT = {
     "tick_ms": 5,
     "car": [{"at_m": [0, 0], "role": "leader"}, {"at_m": [0.5, 0]}],
 }
-_SET = {"do": "set", "image": IMAGE, "mat": _MAT, "profile": "classroom", "seed": 1}
+SET = {"do": "set", "image": IMAGE, "mat": _MAT, "profile": "classroom", "seed": 1}
 _OTHER_SEED = 77
 _TEACHERS_KEY = "f" * 32
 # Their sentences fill all that lies between the server and a page.
@@ -66,11 +66,11 @@ def start_car(run: "Lesson") -> None:
 
 
 class LessonRemotePage:
-    """A page that drives the car."""
+    """A page that drives the car; ``number`` is that of its last position of the stick."""
 
     def __init__(self, run: "Lesson", page: SimulatedPage) -> None:
         self._run, self.page = run, page
-        self._number = 0
+        self.number = 0
         page.send({"do": "join", "car": CAR})
 
     def _stamp(self) -> int:
@@ -80,18 +80,18 @@ class LessonRemotePage:
         """Hold the stick for a time, as a page does: it also answers the server's clock."""
         end_s = self._run.world.now_s + seconds
         while self._run.world.now_s < end_s:
-            self._number += 1
+            self.number += 1
             told = self.page.newest("telemetry")
             if told and told.get("clock") is not None:
-                self.page.send({"do": "sync", "clock": told["clock"], "number": self._number, "stamp": self._stamp()})
+                self.page.send({"do": "sync", "clock": told["clock"], "number": self.number, "stamp": self._stamp()})
             stick = {"cars": [CAR], "throttle": throttle, "steering": 0.0, "switches": {}}
-            self.page.send({"do": "drive", "number": self._number, "stamp": self._stamp()} | stick)
+            self.page.send({"do": "drive", "number": self.number, "stamp": self._stamp()} | stick)
             await asyncio.sleep(_PERIOD_S)
 
 
 async def opened(run: "Lesson", browser: Browser, name: str = "Mia") -> LessonRemotePage:
     """A page of the remote."""
-    page = (await browser.open(f"/drive/ws?name={quote(name)}")).follow()
+    page = (await browser.open(f"/drive/ws?name={quote(name)}" if name else "/drive/ws")).follow()
     run.world.keep("as-asked", not page.refused, f"the remote is refused: {page.refused}")
     return LessonRemotePage(run, page)
 
@@ -305,9 +305,9 @@ def key_of(pupil: "Pupil", number: int = 0) -> str:
     return f"{int(pupil.id):x}{number:x}".rjust(32, "0")
 
 
-def world_of_mission() -> dict[str, Any]:
+def world_of_mission(mission: str = MISSION) -> dict[str, Any]:
     """What a page sends that opens a mission."""
-    return _SET | {"mission": {"id": MISSION}, "mat": chosen_mission(MissionChoice(id=MISSION)).mat_document}
+    return SET | {"mission": {"id": mission}, "mat": chosen_mission(MissionChoice(id=mission)).mat_document}
 
 
 async def play(run: "Lesson") -> None:
@@ -318,13 +318,13 @@ async def play(run: "Lesson") -> None:
     other = run.draw([each for each in run.pupils if each is not pupil])
     page = (await pupil.browser.open(f"world?session={key_of(pupil)}")).follow()
     mission = run.random.random() < 0.3
-    page.send(world_of_mission() if mission else _SET)
+    page.send(world_of_mission() if mission else SET)
     pupil.opened = MISSION if mission else None
     await asyncio.sleep(0.3)
     hello = page.newest("hello")
     run.world.keep("as-asked", bool(hello and hello.get("cars")), f"no world: {page.messages[-2:]}")
     page.send({"do": "play", "speed": 1.0})
-    shown = asyncio.create_task(_draw(page))
+    shown = asyncio.create_task(draw(page))
     await asyncio.sleep(0.4)
     if run.frozen:
         run.world.keep(
@@ -357,7 +357,7 @@ async def take_over(run: "Lesson") -> None:
         return
     path = f"world?session={key_of(pupil)}"
     before = await pupil.browser.open(path)
-    before.send(_SET)
+    before.send(SET)
     pupil.opened = None
     before.stop_reading()
     for _ in range(_MANY_ERRORS):
@@ -370,7 +370,7 @@ async def take_over(run: "Lesson") -> None:
     newer.send({"do": "pause"})
     await asyncio.sleep(0.3)
     seed = (newer.newest("state") or {}).get("seed")
-    run.world.keep("one-holder", seed == _SET["seed"], "the page of before acts in a world: its seed is {}", seed)
+    run.world.keep("one-holder", seed == SET["seed"], "the page of before acts in a world: its seed is {}", seed)
     for wanted in (_OTHER_SEED, _OTHER_SEED + 1):
         newer.send({"do": "reset", "seed": wanted})
         await asyncio.sleep(0.3)
@@ -382,7 +382,7 @@ async def take_over(run: "Lesson") -> None:
     newer.close()
 
 
-async def _draw(page: SimulatedPage) -> None:
+async def draw(page: SimulatedPage) -> None:
     """Tell the server that each picture is drawn."""
     drawn = 0
     while True:
@@ -395,11 +395,11 @@ async def _draw(page: SimulatedPage) -> None:
 async def _freeze_world(run: "Lesson", page: SimulatedPage) -> None:
     if run.random.random() < 0.4:
         own = (await run.teacher.open(f"world?session={_TEACHERS_KEY}")).follow()
-        own.send(_SET)
+        own.send(SET)
         own.send({"do": "play", "speed": 1.0})
         await run.expect("as-asked", run.teacher, "teacher/freeze", DONE, frozen=True)
         await asyncio.sleep(0.4)
-        pictures, drawn = page.pictures, asyncio.create_task(_draw(own))
+        pictures, drawn = page.pictures, asyncio.create_task(draw(own))
         await asyncio.sleep(0.4)
         run.world.keep("one-holder", page.pictures - pictures <= 1, "a world goes on while all is frozen")
         run.world.keep("as-asked", bool((own.newest("state") or {}).get("playing")), "the teacher's world is paused")
@@ -422,7 +422,7 @@ async def _look_from_outside(run: "Lesson", pupil: "Pupil", other: "Pupil") -> N
     outcome, data = await pupil.browser.fetch("GET", f"/api/world/{key}/timeline.csv")
     run.world.keep("as-asked", outcome == DONE and data.startswith(b"t_ms"), f"no timeline: {outcome} {data[:40]!r}")
     own = (await run.teacher.open(f"world?session={_TEACHERS_KEY}")).follow()
-    own.send(_SET)
+    own.send(SET)
     watching = (await run.teacher.open(f"teacher/watch?pupil={pupil.id}")).follow()
     nobody = (await run.teacher.open(f"teacher/watch?pupil={other.id}")).follow()
     wall = (await run.teacher.open("teacher/wall")).follow()

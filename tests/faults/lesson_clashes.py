@@ -3,7 +3,7 @@
 import asyncio
 from typing import TYPE_CHECKING, Any
 
-from tests.faults import lesson_doors, lesson_files, lesson_teacher, lesson_times, lesson_work
+from tests.faults import lesson_doors, lesson_files, lesson_pairs, lesson_teacher, lesson_times, lesson_work
 from tests.faults.browsers import DONE, Browser
 from tests.faults.lesson_doors import AVATAR, WORK
 from tests.faults.lesson_pairs import paired_now
@@ -19,22 +19,18 @@ _AGAIN_S = 2.5
 # Whoever isn't slow is answered so soon.
 _SOON_S = 1.0
 _SLOW = 6
+# A large project, and how exactly it is known what is stored of it.
+_BIG_BYTES, _ABOUT_BYTES = 50_000, 2_000
 
 
 async def full_disk(run: "Lesson") -> None:
     """The disk is full: what has to be stored is refused and changes nothing; whoever leaves is out, for good."""
-    if run.loop and run.random.random() < 0.5:
-        # The file is being written, without what happens meanwhile; that stays so whatever can't be stored later.
-        run.loop.late_s = 0.5
-        storing = asyncio.create_task(lesson_teacher.settings(run))
-        await asyncio.sleep(0.05)
-        run.loop.late_s = 0.0
-        await lesson_doors.leave(run)
-        await storing
+    if run.random.random() < 0.6:
+        await _part_while_it_fills(run)
     run.disk.fill()
     run.disk.free_bytes = run.random.choice((0, 30))
-    refused = run.random.sample((_join, _rename, _new_code, _hand_out, _save, _draft, _new_number), 3)
-    leaves = run.random.sample((_sign_out_teacher, lesson_doors.leave, lesson_teacher.remove, _stop), 2)
+    refused = run.random.sample((_join, _rename, _new_code, _hand_out, _save, _draft, _new_number, _pair), 3)
+    leaves = run.random.sample((_sign_out_teacher, lesson_doors.leave, lesson_teacher.remove, _stop, _leave_pair), 2)
     for act in [_set_title, *refused, *leaves]:
         await act(run)
     if run.teachers_page:
@@ -49,6 +45,28 @@ async def full_disk(run: "Lesson") -> None:
     if run.random.random() < 0.5:
         await lesson_times.restart(run)
         await lesson_times.check_out(run)
+
+
+async def _part_while_it_fills(run: "Lesson") -> None:
+    """Somebody goes while the file is being written, and the disk is full when it is to be written without them."""
+    assert run.loop
+    pupil = run.draw(run.pupils)
+    if pupil is None:
+        return
+    if len(pupil.devices) < 2:
+        await lesson_doors.come_back(run, pupil)
+    acts = (lesson_doors.leave, lambda run: lesson_teacher.remove_pupil(run, pupil), _sign_out_teacher)
+    run.loop.late_s = 0.5
+    tab, run.title = run.twin(run.teacher), f"Class {run.random.randrange(100)}"
+    storing = asyncio.create_task(run.expect("as-asked", tab, "teacher/settings", DONE, title=run.title))
+    await asyncio.sleep(0.1)
+    going = asyncio.create_task(run.random.choice(acts)(run))
+    await asyncio.sleep(0.7)
+    run.disk.fill()
+    run.disk.free_bytes = 0
+    run.loop.late_s = 0.0
+    await storing
+    await going
 
 
 async def _refused(run: "Lesson", browser: Browser, request: str, /, **message: Any) -> None:
@@ -104,6 +122,31 @@ async def _draft(run: "Lesson") -> None:
         await lesson_work.check_draft(run, pupil)
 
 
+async def _pair(run: "Lesson") -> None:
+    """Nobody begins a pair, or changes something in one."""
+    for pair in [pair for pair in run.pairs if len(pair.joined) > 1][:1]:
+        who = pair.joined[0]
+        await _refused(run, who.browser, "class/pair/swap", wants=True)
+        for window in [window for window, owner in pair.owners.items() if owner is who]:
+            message = {"pair": str(pair.number), "window": window, "base": pair.versions[window]}
+            await _refused(run, who.browser, "class/pair/write", project=WORK | {"python": run.new_mark()}, **message)
+    free = [pupil for pupil in run.pupils if run.pair_of(pupil) is None and _may_give(run, pupil)]
+    if len(free) > 1:
+        who, to = free[:2]
+        who.gifts_s.append(run.world.now_s)
+        await _refused(run, who.browser, "class/pair/begin", to=to.id, name="Parade", project=WORK)
+
+
+async def _leave_pair(run: "Lesson") -> None:
+    """Who leaves a pair is out of it, and has the project on the page alone."""
+    who = run.draw([each for pair in run.pairs for each in pair.members])
+    pair = who and run.pair_of(who)
+    if who and pair:
+        copied = await run.expect("leaves", who.browser, "class/pair/leave", DONE)
+        run.world.keep("own-work", copied == "", f"on a full disk {who.name} gets {copied!r}")
+        lesson_pairs.drop_member(run, pair, who)
+
+
 async def _stop(run: "Lesson") -> None:
     await lesson_teacher.stop(run)
 
@@ -117,6 +160,29 @@ async def _sign_out_teacher(run: "Lesson") -> None:
     other.cookies = kept
     await run.expect("out-is-out", other, "teacher/progress", "teacher-session-needed")
     run.gone.append((other, "teacher/progress", "teacher-session-needed"))
+
+
+async def fill_library(run: "Lesson") -> None:
+    """A pupil has so many bytes, deleted ones and old versions too: one more project finds no room, small or not."""
+    pupil = run.draw([each for each in run.pupils if not lesson_work.is_full(each) and "big" not in each.projects])
+    if pupil is None:
+        return
+    for number in range(3):
+        mark, project = lesson_work.work(run, pupil)
+        used = lesson_files.used_bytes(run, pupil.id)
+        project["python"] = text = mark + "x" * (_BIG_BYTES + number)
+        left = lesson_work.LIMITS.size_bytes - used - _BIG_BYTES
+        if abs(left) < _ABOUT_BYTES:
+            break
+        wanted = DONE if left > 0 else "library-full"
+        await run.expect("bounded", pupil.browser, "projects/write", wanted, name="big", project=project)
+        if wanted == DONE:
+            pupil.projects.setdefault("big", []).append(text)
+    await lesson_work.check_library(run, pupil)
+    if "big" in pupil.projects:
+        await run.expect("as-asked", pupil.browser, "projects/delete", DONE, name="big")
+        del pupil.projects["big"]
+        run.disk.settle()
 
 
 # At the same moment.
@@ -288,4 +354,4 @@ async def killed(run: "Lesson") -> None:
     lesson_files.check_left(run)
 
 
-ACTS = [(0.9, full_disk), (1.6, at_once), (0.5, slow_bodies), (0.5, killed)]
+ACTS = [(0.4, fill_library), (0.9, full_disk), (1.6, at_once), (0.5, slow_bodies), (0.5, killed)]

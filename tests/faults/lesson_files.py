@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 from tests.faults.browsers import Browser
 from tests.faults.class_room import EPOCH_S
 from tests.faults.disk import Node
-from tests.faults.lesson_doors import MISSION
-from tests.faults.lesson_work import kept
+from tests.faults.lesson_work import kept, stars_of
 from tests.faults.pupils import PASSWORD
 
 from motorcade.classroom.folder import DRAFT, RECORD
@@ -23,6 +22,7 @@ SIGNED_IN_S = 12 * 3600.0
 _MOST_SIGN_INS = 8
 # Of a time in the file: a request takes a moment, and the class looks at the calendar once a second.
 _ABOUT_S = 5.0
+_ENDING = ".motorcade.json"
 _NEWS = ("number", "kind", "name", "sender")
 _SETTINGS = ("title", "is_open", "stuck_minutes", "code", "joined", "paired", "handed")
 
@@ -174,6 +174,15 @@ def _check_more(run: "Lesson", pupil: "Pupil", files: dict[str, bytes]) -> None:
     found = (draft["name"], draft["project"]["python"]) if draft else ("", None)
     run.world.keep("answered-stays", found == (pupil.draft_name, pupil.draft), f"{pupil.name}'s draft: {found}")
     stars = json.loads(files[STARS])["stars"] if STARS in files else {}
-    known = pupil.stars | ({MISSION: sorted({1, *pupil.stars.get(MISSION, ())})} if pupil.imported else {})
-    known = {mission: earned for mission, earned in known.items() if earned}
+    known = stars_of(pupil)
     run.world.keep("answered-stays", stars == known, f"{pupil.name} has {stars}, not {known}")
+
+
+def used_bytes(run: "Lesson", owner: str) -> int:
+    """What an owner's projects take, with all versions and those that were deleted."""
+
+    def size(node: Node) -> int:
+        inside = node.entries.items()
+        return sum(size(each) if each.is_folder else len(each.data) * name.endswith(_ENDING) for name, each in inside)
+
+    return size(check_left(run)[owner]) if owner in check_left(run) else 0

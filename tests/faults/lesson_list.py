@@ -71,6 +71,7 @@ async def list_cars(run: "Lesson") -> None:
         run.world.keep("stop-holds", car.is_halted, "a car that is found later isn't stopped")
     for act in run.random.sample((_stop_and_go, _load, _nonsense, _stop_all, _blink), 2):
         await act(run, page)
+    await _check_row(run, page)
     if run.random.random() < 0.3:
         await _of_who_signs_out(run)
     page.close()
@@ -92,6 +93,39 @@ async def _shown(
         rows = (page.newest("cars") or {}).get("cars", [])
         row = next((row for row in rows if row["where"] == run.listed.where), {})
     return row
+
+
+async def _check_row(run: "Lesson", page: "SimulatedPage") -> None:
+    """What the list shows of a car with which nothing is done, whole; and nothing else is in the list."""
+    car, state = run.listed, "stopped" if run.listed.is_halted else "runs"
+    row = await _shown(run, page, lambda row: row["state"] == state)
+    image = car.holds()
+    known: dict[str, Any] = {
+        "name": car.name,
+        "where": car.where,
+        "kind": "car",
+        "number": car.number,
+        "role": "leader",
+        "board": "simulated",
+        "version": row.get("version"),
+        "state": state,
+        "words": len(image) // 4,
+        "crc32": f"{crc32(image):08x}",
+        "battery_mv": row.get("battery_mv"),
+        "away": False,
+        "silent_s": None,
+        "program": run.loaded.get(crc32(image), ""),
+        "problem": None,
+        "sent": None,
+        "error": None,
+        "holds": row.get("holds"),
+    }
+    run.world.keep("shows-what-is", row == known, "the list shows {}, not {}", row, known)
+    is_known = row["holds"] == ("new" if known["program"] else "") or not known["program"]
+    run.world.keep("shows-what-is", is_known, "what was loaded now is shown as {}", row)
+    shown = page.newest("cars") or {}
+    told = len(shown["cars"]), shown["others"], shown["problem"]
+    run.world.keep("shows-what-is", told == (1, [], None), "the list of cars has {}", told)
 
 
 async def _obeys(run: "Lesson", order: str) -> None:
@@ -136,6 +170,7 @@ async def _load(run: "Lesson", page: "SimulatedPage") -> None:
     run.world.keep("verified", run.listed.holds() == image, "the car holds another program")
     run.world.keep("shows-what-is", row["crc32"] == crc32_of, f"the list shows {row['crc32']}")
     run.world.keep("safe-text", row["program"] == "Parade", f"the list shows {row['program']!r}")
+    run.loaded = {crc32(image): "Parade"}
     if run.ordered == STOP:
         run.world.keep("stop-holds", run.listed.is_halted, "a stopped car drives with a new program")
 

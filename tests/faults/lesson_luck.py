@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from tests.faults import lesson_teacher
 from tests.faults.lesson_doors import MISSION
-from tests.faults.lesson_work import IMAGE
+from tests.faults.lesson_work import FAILS, IMAGE, SOLVES
 from tests.faults.system import Replaced
 
-from motorcade import Program, compile_program, forward
+from motorcade import compile_program
 from motorcade.server.studio import app as studio_app
 from motorcade.service.messages import MissionChoice
 from motorcade.service.trials import TrialMessage, TrialSession, Try
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 # What one call computes takes so long; the answer of few runs is there after so long.
 _CALL_S, _SOON_S = 0.02, 8.0
 _FEW, _MANY = 20, 48
-GOOD = base64.b64encode(compile_program(Program([forward(5, speed=3)])).image).decode()
+GOOD, BAD = (base64.b64encode(compile_program(program).image).decode() for program in (SOLVES, FAILS))
 
 
 class CountedTrials(TrialSession):
@@ -86,7 +86,7 @@ async def _try_few(run: "Lesson", pupil: "Pupil") -> None:
     page = (await pupil.browser.open("trials")).follow()
     if run.random.random() < 0.4:
         await _nonsense(run, page)
-    image = run.random.choice((GOOD, IMAGE))
+    image = run.random.choice((GOOD, BAD, IMAGE))
     run.turns.clear()
     _try(page, image, _FEW)
     end_s = run.world.now_s + _SOON_S

@@ -3,7 +3,10 @@
 import asyncio
 from typing import TYPE_CHECKING, Any
 
-from tests.faults.browsers import DONE, Browser
+from tests.faults import lesson_https
+from tests.faults.browsers import DONE, Browser, SimulatedPage
+from tests.faults.lesson_cars import SET
+from tests.faults.lesson_doors import WORK
 from tests.faults.loop import SimulatedLoop
 from tests.faults.world import Process
 
@@ -20,6 +23,8 @@ _TOKEN = "a-token-that-is-long"
 _COOKIE = f"motorcade_{_PORT}"
 _STARTS_S = 0.5
 _KEY = "0123456789abcdef" * 2
+# Worlds of an address, and in all; a page that says nothing for so long is idle.
+_MOST_OF_ONE, _MOST, _IDLE_S = 16, 64, 600.0
 # Requests of a page, and what they end in where they are allowed.
 _LIST, _CAMERA, _TIMELINE = "/api/projects/list", "/camera", f"/api/world/{_KEY}/timeline.csv"
 
@@ -29,25 +34,29 @@ async def studio(run: "Lesson") -> None:
     process = Process(run.world, "studio", 0.001)
     loop = SimulatedLoop(process, run.network)
     run.network.link(_HOST, 0.001)
+    tls, trusts = run.random.choice(((None, None), lesson_https.contexts()))
     settings: Any = {"library": run.disk.path("/studio"), "page": run.disk.path("/page"), "port": _PORT}
     names = frozenset((_NAME.partition(":")[0],))
 
     async def serve() -> None:
         app = make_app(Settings(token=_TOKEN, names=names, clock=loop.time, **settings))
         listener: Any = run.network.listen(process, _HOST, _PORT)
-        async with serving(app, Settings(clock=loop.time, **settings), listener):
+        async with serving(app, Settings(clock=loop.time, **settings), listener, tls):
             await asyncio.Event().wait()
 
     loop.run(serve)
+    run.studio_tls = trusts
     await asyncio.sleep(_STARTS_S)
     await _without_token(run)
     await _with_token(run)
+    await run.random.choices((_many_worlds, _work_alone, _many_in_all), (0.3, 0.6, 0.1))[0](run)
     process.end()
 
 
 def _browser(run: "Lesson", token: str | None = None, host: str = _NAME) -> Browser:
     run.studios += 1
-    browser = Browser(address=f"10.6.{run.studios // 200}.{1 + run.studios % 200}", host=host, server=(_HOST, _PORT))
+    address = f"10.6.{run.studios // 200}.{1 + run.studios % 200}"
+    browser = Browser(address=address, host=host, server=(_HOST, _PORT), tls=run.studio_tls)
     if token is not None:
         browser.cookies[_COOKIE] = token
     return browser
@@ -82,9 +91,10 @@ async def _with_token(run: "Lesson") -> None:
     await _ends(run, browser, f"/?token={_TOKEN}", 303)
     told = browser.head.get("location"), browser.cookies.get(_COOKIE)
     run.world.keep("no-secrets", told == ("/", _TOKEN), f"the page leads to {told}")
-    attributes = browser.attributes[_COOKIE].lower()
-    is_kept = "httponly" in attributes and "samesite=strict" in attributes
-    run.world.keep("no-secrets", is_kept, f"the token's cookie has {attributes}")
+    run.world.keep("no-secrets", len(browser.given) == 1, f"the page gives {browser.given}")
+    told = sorted(browser.attributes[_COOKIE].lower().strip().split("; "))
+    known = ["httponly", "max-age=604800", "path=/", "samesite=strict", *(["secure"] if run.studio_tls else [])]
+    run.world.keep("no-secrets", told == known, f"the token's cookie has {told}, not {known}")
     await _ends(run, browser, _LIST, DONE)
     await _ends(run, browser, _TIMELINE, "no-world")
     run.world.keep("guarded-pages", browser.head.get("cache-control") == "no-store", "a browser keeps an answer")
@@ -101,4 +111,74 @@ async def _with_token(run: "Lesson") -> None:
         await _ends(run, browser, _LIST, "foreign-origin", f"{headers}\r\n")
 
 
-ACTS = [(0.5, studio)]
+async def _open_worlds(run: "Lesson", browser: Browser, count: int, first: int = 0) -> list[SimulatedPage]:
+    return [(await browser.open(f"world?session={first + number:032x}")).follow() for number in range(count)]
+
+
+async def _many_worlds(run: "Lesson") -> None:
+    """An address has sixteen worlds; one that is left, or isn't used for long, gives way to another."""
+    browser = _browser(run, _TOKEN)
+    pages = await _open_worlds(run, browser, _MOST_OF_ONE)
+    refused = (await _open_worlds(run, browser, 1, 100))[0]
+    await asyncio.sleep(0.2)
+    told = refused.has_ended, refused.codes(), [page for page in pages if page.has_ended]
+    run.world.keep("bounded", told == (True, ["too-many-sessions-of-one"], []), f"a 17th world: {told}")
+    other = (await _open_worlds(run, _browser(run, _TOKEN), 1, 200))[0]
+    left = run.random.random() < 0.7
+    if left:
+        pages.pop(3).close()
+        await asyncio.sleep(0.1)
+    else:
+        await asyncio.sleep(_IDLE_S / 2)
+        for page in pages[1:]:
+            page.send({"do": "pause"})
+        await asyncio.sleep(_IDLE_S / 2 + 2.0)
+    newer = (await _open_worlds(run, browser, 1, 100))[0]
+    await asyncio.sleep(0.2)
+    ended = [place for place, page in enumerate(pages) if page.has_ended]
+    told = newer.has_ended, ended, pages[0].codes()
+    known = (False, [], []) if left else (False, [0], ["session-was-idle"])
+    run.world.keep("bounded", told == known, f"one more world: {told}, not {known}")
+    run.world.keep("bounded", not other.has_ended, "the world of another address gives way")
+    for page in [*pages, newer, other]:
+        page.close()
+
+
+async def _many_in_all(run: "Lesson") -> None:
+    """There are 64 worlds in all, whoever has them."""
+    pages = []
+    for number in range(_MOST // _MOST_OF_ONE):
+        pages += await _open_worlds(run, _browser(run, _TOKEN), _MOST_OF_ONE, 1000 * (number + 1))
+    late = (await _open_worlds(run, _browser(run, _TOKEN), 1, 9000))[0]
+    await asyncio.sleep(0.3)
+    told = late.has_ended, late.codes(), [page for page in pages if page.has_ended]
+    run.world.keep("bounded", told == (True, ["too-many-sessions"], []), f"a 65th world: {told}")
+    for page in pages:
+        page.close()
+
+
+async def _work_alone(run: "Lesson") -> None:
+    """Who has the token has one library and all ports; a world is kept for a minute without a page."""
+    browser, other = _browser(run, _TOKEN), _browser(run, _TOKEN)
+    _, able = await browser.ask("capabilities")
+    known = {"serial_ports": True, "downloads": True, "driving": True, "most_cars": 2000, "classroom": ""}
+    run.world.keep("own-view", able == known | {"cars": "/api/cars"}, f"the studio can {able}")
+    project = WORK | {"python": "# alone"}
+    _, saved = await browser.ask("projects/write", name="alone", project=project)
+    _, listed = await other.ask("projects/list")
+    names = [(each["name"], each["versions"]) for each in listed]
+    run.world.keep("answered-stays", (saved["version"], names) == (1, [("alone", 1)]), f"{saved} {names}")
+    page = (await browser.open(f"world?session={_KEY}")).follow()
+    page.send(SET)
+    await asyncio.sleep(0.4)
+    run.world.keep("as-asked", bool(page.newest("hello")), f"no world: {page.messages[-1:]}")
+    await _ends(run, browser, _TIMELINE, DONE)
+    page.close()
+    await asyncio.sleep(55.0)
+    await _ends(run, browser, _TIMELINE, DONE)
+    await asyncio.sleep(8.0)
+    await _ends(run, browser, _TIMELINE, "no-world")
+    await browser.ask("projects/delete", name="alone")
+
+
+ACTS = [(0.35, studio)]

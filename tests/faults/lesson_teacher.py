@@ -1,16 +1,10 @@
 """What the teacher does in a simulated lesson: settings, names, numbers, hand-outs, stops, reports, and the end."""
 
 import asyncio
-import io
-import json
 import re
-import zipfile
-from html.parser import HTMLParser
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from urllib.parse import unquote
 
-from tests.faults import lesson_cars, lesson_files, lesson_pairs, lesson_work
+from tests.faults import lesson_cars, lesson_files, lesson_mat, lesson_pairs, lesson_work
 from tests.faults.browsers import DONE
 from tests.faults.lesson_doors import WORK, drawn_name, wanted_name
 from tests.faults.pupils import PASSWORD
@@ -71,6 +65,7 @@ async def reset_number(run: "Lesson") -> None:
     old = pupil.number
     answer = await run.expect("as-asked", run.teacher, "teacher/reset-number", DONE, pupil=pupil.id)
     pupil.number = answer["number"]
+    run.world.keep("as-asked", answer == pupil.about(), f"{answer}")
     taken = [each.number for each in run.pupils if each is not pupil]
     run.world.keep("as-asked", pupil.number not in taken, "two pupils have one number")
     if old != pupil.number and not run.wrong_numbers_s.get(pupil.alike):
@@ -199,7 +194,7 @@ async def _hand_out_mission(
         await run.expect("bounded", run.teacher, "teacher/hand-out", wanted, mission=mission, **message)
         return
     answer = await run.expect("as-asked", run.teacher, "teacher/hand-out", DONE, mission=mission, **message)
-    run.world.keep("as-asked", answer["pupils"] == len(pupils), f"{answer}")
+    run.world.keep("as-asked", answer == {"pupils": len(pupils), "missed": []}, f"{answer}")
     if mission not in run.missions:
         run.missions.append(mission)
     number = run.missions.index(mission) + 1
@@ -216,18 +211,20 @@ async def look_at_work(run: "Lesson") -> None:
     if pupil is None:
         return
     answer = await run.expect("as-asked", run.teacher, "teacher/library", DONE, pupil=pupil.id)
-    found = {each["name"]: each["versions"] for each in answer["projects"]}
-    known = {name: len(lesson_work.kept(versions)) for name, versions in pupil.projects.items()}
-    run.world.keep("as-asked", (answer["pupil"], found) == (pupil.name, known), f"{found}")
-    run.world.keep("as-asked", bool(answer["draft_at"]) == (pupil.draft is not None), f"{answer['draft_at']}")
+    own = await run.expect("as-asked", pupil.browser, "projects/list", DONE)
+    lesson_work.check_saved_at(run, answer["draft_at"], pupil.draft_s if pupil.draft else None)
+    known = {"pupil": pupil.name, "projects": own, "draft_at": answer["draft_at"]}
+    run.world.keep("as-asked", answer == known, "the teacher sees {}, not {}", answer, known)
     for name, versions in list(pupil.projects.items())[:1]:
         message = {"pupil": pupil.id, "name": name}
         answer = await run.expect("as-asked", run.teacher, "teacher/project", DONE, **message)
-        run.world.keep("as-asked", answer["python"] == versions[-1], f"{answer['python']}")
+        whole = lesson_work.WHOLE | {"python": versions[-1], "name": name, "version": 0}
+        run.world.keep("as-asked", answer == whole, f"{answer}")
     wanted = DONE if pupil.draft is not None else "no-draft"
     answer = await run.expect("as-asked", run.teacher, "teacher/project", wanted, pupil=pupil.id, name="")
     if answer:
-        run.world.keep("as-asked", answer["python"] == pupil.draft, f"{answer['python']}")
+        whole = lesson_work.WHOLE | {"python": pupil.draft, "name": pupil.draft_name, "version": 0}
+        run.world.keep("as-asked", answer == whole, f"{answer}")
     gone = run.out[-1].id if run.out else "99"
     for request in ("teacher/library", "teacher/project"):
         message = {"pupil": gone} | ({"name": "x"} if request == "teacher/project" else {})
@@ -242,152 +239,13 @@ async def teachers_library(run: "Lesson") -> None:
     await _hand_out_project(run, run.pupils, mark, {"name": "starter"})
 
 
-async def mat(run: "Lesson") -> None:
-    """The teacher opens the shared mat, starts and closes it."""
-    opens = run.mat == "closed" or run.random.random() < 0.2
-    if opens:
-        places = run.random.choice((1, 2, 30))
-        await run.expect("as-asked", run.teacher, "teacher/mat/open", DONE, places=places, followers=0)
-        run.mat, run.mat_entries, run.mat_places = "collecting", [], places
-        bad = run.random.choice(({"places": 0}, {"places": 61}, {"followers": 11}))
-        await run.expect("says-why", run.teacher, "teacher/mat/open", "bad-message", **bad)
-    if run.mat == "collecting" and run.random.random() < 0.7:
-        if run.random.random() < 0.7:
-            await lesson_work.enter_mat(run, image=lesson_work.IMAGE)
-        if run.mat_entries and run.random.random() < 0.3:
-            await _close_while_it_starts(run)
-        else:
-            wanted = DONE if run.mat_entries else "mat-is-empty"
-            await run.expect("as-asked", run.teacher, "teacher/mat/start", wanted)
-            run.mat = "running" if run.mat_entries else run.mat
-    elif not opens:
-        await run.expect("as-asked", run.teacher, "teacher/mat/close", DONE)
-        run.mat, run.mat_entries, run.mat_places = "closed", [], 0
-    if run.random.random() < 0.3:
-        await _look_at_mat(run)
-    await run.check_pages()
-
-
-async def _close_while_it_starts(run: "Lesson") -> None:
-    """The mat is closed, or opened anew, while its world is built: no program of before drives on it."""
-    assert run.loop
-    run.loop.late_s = 1.0
-    starting = asyncio.create_task(run.expect("as-asked", run.teacher, "teacher/mat/start", "mat-is-closed"))
-    await asyncio.sleep(_AT_ONCE_S)
-    run.loop.late_s = 0.0
-    run.mat, run.mat_entries, run.mat_places = run.random.choice((("closed", [], 0), ("collecting", [], 30)))
-    request = "teacher/mat/close" if run.mat == "closed" else "teacher/mat/open"
-    await run.expect("as-asked", run.twin(run.teacher), request, DONE)
-    await starting
-
-
-async def _look_at_mat(run: "Lesson") -> None:
-    """The wall shows whose cars drive on the shared mat; nobody else's name is on it."""
-    page = (await run.teacher.open("teacher/mat")).follow()
-    await asyncio.sleep(0.4)
-    told = page.messages[:1]
-    run.world.keep("shows-what-is", bool(told) and not page.has_ended, f"the wall of the mat: {page.messages[-1:]}")
-    page.close()
-
-
-async def collect(run: "Lesson") -> None:
-    """The teacher collects all work: what is there, and nothing of those who are out."""
-    outcome, data = await run.teacher.fetch("GET", "/api/teacher/work.zip?language=en")
-    run.world.keep("as-asked", outcome == DONE, f"work.zip ends in {outcome}")
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        files = [name for name in archive.namelist() if name.endswith(".motorcade.json")]
-        texts = "".join(archive.read(name).decode() for name in files)
-        overview = archive.read("overview.html").decode()
-    check_marks(run, texts)
-    told = Overview()
-    told.feed(overview)
-    rows = [[pupil.name, *sorted([*pupil.projects, *(["Draft"] if pupil.draft else [])])] for pupil in run.pupils]
-    shown = [[row[0], *sorted(row[1:])] for row in told.rows[1:]]
-    run.world.keep("as-asked", shown == rows, "the overview has {}, not {}", shown, rows)
-    run.world.keep("as-asked", sorted(told.links) == sorted(files), "the overview leads to {}", told.links)
-    run.world.keep(
-        "as-asked", told.title == (run.title or "The work of the class"), "the overview is called {}", told.title
-    )
-
-
-class Overview(HTMLParser):
-    """The page of all work, as a browser reads it: its title, where it leads, and the names in each row."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.title = ""
-        self.links: list[str] = []
-        self.rows: list[list[str]] = []
-        self._tags: list[str] = []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self._tags.append(tag)
-        self.links += [unquote(value or "") for name, value in attrs if name == "href"]
-        if tag == "tr":
-            self.rows.append([])
-
-    def handle_endtag(self, tag: str) -> None:
-        self._tags.pop()
-
-    def handle_data(self, data: str) -> None:
-        tag = self._tags[-1] if self._tags else ""
-        if tag == "h1":
-            self.title += data
-        if tag in ("td", "a", "th"):
-            self.rows[-1].append(data)
-
-
-def check_marks(run: "Lesson", texts: str) -> None:
-    """The newest version of each project is there, and nothing else."""
-    found = set(_MARK.findall(texts))
-    known = {versions[-1] for pupil in run.pupils for versions in pupil.projects.values()}
-    known |= {pupil.draft for pupil in run.pupils if pupil.draft}
-    run.world.keep("answered-stays", found == known, f"{found ^ known} is missing, or too much")
-
-
-async def report(run: "Lesson") -> None:
-    """The teacher checks all work against a mission."""
-    order = {"mission": lesson_work.MISSIONS[0]}
-    outcome, data = await run.teacher.fetch("POST", "/api/teacher/report.html", json.dumps(order).encode())
-    run.world.keep("as-asked", outcome == DONE, f"report.html ends in {outcome}")
-    check_marks(run, data.decode() if isinstance(data, bytes) else str(data))
-    if run.random.random() < 0.5:
-        await _report_of_who_signs_out(run, order)
-    for bad in (b"{", b'{"mission": "no-such"}', b'{"text": "{"}'):
-        outcome, _ = await run.teacher.fetch("POST", "/api/teacher/report.html", bad)
-        run.world.keep("says-why", outcome not in (DONE, "internal", "no-json"), f"{bad!r} ends in {outcome}")
-
-
-async def _report_of_who_signs_out(run: "Lesson", order: dict[str, Any]) -> None:
-    """A report waits for another one; who asked for it signs out meanwhile, and gets none."""
-    other = run.new_browser()
-    await run.expect("right-guess", other, "teacher/sign-in", DONE, password=PASSWORD)
-    twin = run.new_browser()
-    twin.cookies = dict(other.cookies)
-    body = json.dumps(order).encode()
-    first = asyncio.create_task(run.teacher.fetch("POST", "/api/teacher/report.html", body))
-    await asyncio.sleep(0.1)
-    waiting = asyncio.create_task(other.fetch("POST", "/api/teacher/report.html", body))
-    await asyncio.sleep(0.1)
-    await run.expect("as-asked", twin, "teacher/sign-out", DONE)
-    outcome, _ = await first
-    run.world.keep("as-asked", outcome == DONE, f"report.html ends in {outcome}")
-    outcome, _ = await waiting
-    run.world.keep("out-is-out", outcome != DONE, "a teacher who has signed out gets a report")
-
-
-def write_report(command: list[str]) -> None:
-    """What the process does that checks work: here it lists all texts."""
-    work, page = Path(command[5]), Path(command[7])
-    texts = [file.read_text(encoding="utf-8") for file in sorted(work.rglob("*.motorcade.json"))]
-    page.write_text("\n".join(texts), encoding="utf-8")
-
-
 async def remove(run: "Lesson") -> None:
     """The teacher removes a pupil, most often one who has something, who is out at once and has left nothing."""
     have = [each for each in (*run.mat_entries, *run.holders.values()) if each in run.pupils]
     pupil = run.draw(have if have and run.random.random() < 0.7 else run.pupils)
     if pupil:
+        if run.random.random() < 0.4 and not run.disk.is_full:
+            await _give_all(run, pupil)
         pages = [(await pupil.browser.open(path)).follow() for path in _QUIET]
         world = (await pupil.browser.open(f"world?session={lesson_cars.key_of(pupil)}")).follow()
         await asyncio.sleep(0.2)
@@ -400,6 +258,19 @@ async def remove(run: "Lesson") -> None:
         run.world.keep("out-is-out", not left, "{}, who is out, still has {}", pupil.name, left)
         told = world.has_ended, world.codes()
         run.world.keep("out-is-out", told == (True, ["class-session-needed"]), "{} is told {}", pupil.name, told)
+
+
+async def _give_all(run: "Lesson", pupil: "Pupil") -> None:
+    """A pupil gets what one can have: the cable, the car, a place on the mat, a partner."""
+    for name in run.holders:
+        await run.expect("one-holder", run.teacher, "teacher/pass-on", DONE, name=name, pupil=pupil.id)
+        run.holders[name] = pupil
+    await lesson_mat.collect_of(run, pupil)
+    others = [each for each in run.pupils if each is not pupil and run.pair_of(each) is None]
+    if others and run.pair_of(pupil) is None:
+        two = [pupil, run.random.choice(others)]
+        await lesson_pairs.begin_pair(run, *run.random.sample(two, 2))
+    await run.check_pages()
 
 
 async def remove_pupil(run: "Lesson", pupil: "Pupil") -> None:
@@ -465,11 +336,8 @@ ACTS = [
     (0.7, stop_and_release),
     (1.2, pass_on),
     (2.0, hand_out),
-    (1.0, look_at_work),
+    (1.4, look_at_work),
     (0.5, teachers_library),
-    (2.0, mat),
-    (0.4, collect),
-    (0.3, report),
     (1.5, remove),
     (0.4, end_class),
 ]

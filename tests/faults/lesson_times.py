@@ -3,7 +3,7 @@
 import asyncio
 from typing import TYPE_CHECKING, Any
 
-from tests.faults import lesson_cars, lesson_doors, lesson_files, lesson_teacher, lesson_work
+from tests.faults import lesson_cars, lesson_doors, lesson_files, lesson_luck, lesson_teacher, lesson_work
 from tests.faults.browsers import DONE
 from tests.faults.lesson_doors import MISSION, WORK, wait_for_server
 from tests.faults.pupils import PASSWORD
@@ -21,7 +21,11 @@ _OF_A_TEACHER: tuple[tuple[str, dict[str, Any]], ...] = (
     ("teacher/hand-out", {"name": "late", "project": WORK}),
 )
 
+# The mission behind the first one.
+_NEXT = "round-the-corner"
+
 if TYPE_CHECKING:
+    from tests.faults.browsers import SimulatedPage
     from tests.faults.lesson import Lesson, Pupil
 
 
@@ -129,7 +133,7 @@ async def come_up(run: "Lesson") -> None:
     """Wait for the server, and open all pages; what need not survive it is as at the beginning."""
     await wait_for_server(run)
     run.frozen = run.stopped = False
-    run.ordered = ""
+    run.ordered, run.loaded = "", {}
     run.addresses = run.first_addresses()
     run.holders = dict.fromkeys(run.holders)
     run.mat, run.mat_entries, run.mat_places = "closed", [], 0
@@ -245,22 +249,68 @@ async def check_out(run: "Lesson") -> None:
 async def get_stuck(run: "Lesson") -> None:
     """A pupil opens a mission, and makes no step: the teacher sees that after some minutes, and not before."""
     pupil = run.draw([pupil for pupil in run.pupils if pupil.page and not pupil.page.has_ended])
-    if pupil is None:
+    if pupil is None or run.teachers_page is None:
         return
     await run.expect("as-asked", run.teacher, "teacher/settings", DONE, stuck_minutes=1)
     run.stuck_minutes = 1
     page = (await pupil.browser.open(f"world?session={lesson_cars.key_of(pupil)}")).follow()
-    page.send(lesson_cars.world_of_mission())
-    await asyncio.sleep(0.5)
-    is_first, pupil.opened = pupil.opened != MISSION, MISSION
+    begun = await _begin_mission(run, pupil, page, MISSION)
     await run.check_pages()
-    if is_first:
+    if begun:
         row = _row(run, pupil)
         run.world.keep("shows-what-is", row["stuck_s"] is None, f"{pupil.name}, who begins, is stuck")
+    if run.random.random() < 0.3:
+        # A mission that is opened anew has nothing reached, so that the same is a step again.
+        for mission in (_NEXT, MISSION):
+            await _reach(run, pupil, page)
+            begun = await _begin_mission(run, pupil, page, mission)
+        await asyncio.sleep(45.0)
+        await _reach(run, pupil, page)
+        await asyncio.sleep(20.0)
+        row = _row(run, pupil)
+        run.world.keep("shows-what-is", row["stuck_s"] is None, f"{pupil.name}, who has made a step, is stuck")
+        begun = False
+    if begun and run.random.random() < 0.5:
+        await _be_away(run, pupil, 70.0)
     await asyncio.sleep(70.0)
     row = _row(run, pupil)
     run.world.keep("shows-what-is", bool(row["stuck_s"]), f"{pupil.name}, who makes no step, isn't stuck: {row}")
     page.close()
+
+
+async def _begin_mission(run: "Lesson", pupil: "Pupil", page: "SimulatedPage", mission: str) -> bool:
+    """Open a mission, with a program that solves the first one; return whether it is another one."""
+    page.send(lesson_cars.world_of_mission(mission) | {"image": lesson_luck.GOOD})
+    await asyncio.sleep(0.5)
+    before, pupil.opened = pupil.opened, mission
+    return before != mission
+
+
+async def _reach(run: "Lesson", pupil: "Pupil", page: "SimulatedPage") -> None:
+    """A pupil's program reaches goals of a mission, and the teacher sees how many."""
+    if run.frozen:
+        await run.expect("as-asked", run.teacher, "teacher/freeze", DONE, frozen=False)
+        run.frozen = False
+    page.send({"do": "play", "speed": 4.0})
+    drawing = asyncio.create_task(lesson_cars.draw(page))
+    await asyncio.sleep(6.0)
+    drawing.cancel()
+    goals = (page.newest("goals") or {"goals": []})["goals"]
+    known = sum(goal["progress"] == "met" for goal in goals), len(goals)
+    row = _row(run, pupil)
+    is_so = (row["goals_met"], row["goals"]) == known and (known[0] > 0 or pupil.opened != MISSION)
+    run.world.keep("shows-what-is", is_so, f"{pupil.name} has reached {known}, and not {row}")
+
+
+async def _be_away(run: "Lesson", pupil: "Pupil", seconds: float) -> None:
+    """While no page of a pupil is connected no time passes until the pupil is stuck."""
+    pupil.page.close()
+    pupil.page, pupil.pages, pupil.left_s = None, [], run.world.now_s
+    await asyncio.sleep(seconds)
+    pupil.page = (await pupil.browser.open("class/stream")).follow()
+    pupil.pages = [pupil.page]
+    await asyncio.sleep(3.0)
+    run.world.keep("shows-what-is", _row(run, pupil)["stuck_s"] is None, f"{pupil.name}, who was away, is stuck")
 
 
 def _row(run: "Lesson", pupil: "Pupil") -> dict[str, Any]:

@@ -4,9 +4,11 @@ import asyncio
 import base64
 import json
 from contextlib import nullcontext
+from datetime import datetime
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
+from msgspec import to_builtins
 from tests.faults.browsers import DONE
 from tests.faults.lesson_doors import MISSION, WORK
 from tests.faults.system import Replaced
@@ -22,27 +24,31 @@ from motorcade.server.studio import uploads as studio_uploads
 from motorcade.service.library import Limits
 from motorcade.service.messages import MissionChoice, Port
 from motorcade.service.missions import chosen_mission, list_missions
+from motorcade.service.missions import open_mission as opened_mission
 
 if TYPE_CHECKING:
     from tests.faults.lesson import Lesson, Pupil
 
-PROJECTS = ("project 0", "Röbot", "con.x", '<i>%&"')
+PROJECTS = ("project 0", "Röbot", "con.x", '<i>%&"', 60 * "n")
 BAD_NAMES = ("", " ", ".", "..", "a/b", "a\\b", "x" * 61, "a\u202eb", "a\nb")
 MISSIONS = [mission.id for mission in list_missions({})][:6]
 SERIAL = Port("/dev/ttyTEST", "a car's cable", "serial")
 GIFTS, GIFTS_S = 10, 60.0
 # Few enough that a lesson comes to them.
-LIMITS = Limits(projects=9, versions=4, size_bytes=1 << 24)
+LIMITS = Limits(projects=9, versions=4, size_bytes=1 << 17)
 MOST_NEWS, MOST_MISSIONS = 5, 3
+# How a project is answered that is stored as WORK.
+WHOLE = WORK | dict.fromkeys(("mat", "range_mm", "level", "car"))
+_STORED_S = 1.0
 # What the check of all work takes.
 _REPORT_S = 0.5
-_FIRST = MISSION
+SOLVES, FAILS = Program([forward(2, speed=1)]), Program([forward(5, speed=3)])
 IMAGE = base64.b64encode(compile_program(Program([forward(1, speed=2), left(1)])).image).decode()
 
 
-def solution() -> dict[str, Any]:
-    """The leader's blocks of a program that earns a star in the first mission."""
-    return blocks_of(Program([forward(5, speed=3)]))[0]
+def solution(program: Program = SOLVES) -> dict[str, Any]:
+    """The leader's blocks of a program; this one earns stars in the first mission."""
+    return blocks_of(program)[0]
 
 
 def work(run: "Lesson", *pupils: "Pupil") -> tuple[str, dict[str, Any]]:
@@ -62,6 +68,12 @@ def is_full(pupil: "Pupil") -> bool:
     return len(pupil.projects) >= LIMITS.projects
 
 
+def stars_of(pupil: "Pupil") -> dict[str, list[int]]:
+    """What a pupil has earned, or brought from home, by mission."""
+    known = pupil.stars | ({MISSION: sorted({1, *pupil.stars.get(MISSION, ())})} if pupil.imported else {})
+    return {mission: earned for mission, earned in known.items() if earned}
+
+
 # The own library.
 
 
@@ -72,22 +84,35 @@ async def draft(run: "Lesson") -> None:
         return
     if run.random.random() < 0.7:
         mark, project = work(run, pupil)
-        await run.expect("as-asked", pupil.browser, "class/draft/write", DONE, name="a draft", project=project)
-        pupil.draft, pupil.draft_name = mark, "a draft"
-    if run.random.random() < 0.1:
-        await run.expect("says-why", pupil.browser, "class/draft/write", "bad-message", name="x" * 161, project=WORK)
+        mission = run.random.choice((None, {"id": MISSION}))
+        more = {"place": f"tab {run.random.randrange(3)}", "mission": mission}
+        message = {"name": "a draft", "project": project} | more
+        await run.expect("as-asked", pupil.browser, "class/draft/write", DONE, **message)
+        pupil.draft, pupil.draft_name, pupil.draft_s = mark, "a draft", run.world.now_s
+        pupil.draft_more = more | {"mission": mission and mission | {"document": None}}
     await check_draft(run, pupil)
 
 
 async def check_draft(run: "Lesson", pupil: "Pupil") -> None:
     read = await run.expect("answered-stays", pupil.browser, "class/draft/read", DONE)
-    found = (read["name"], (read["project"] or {}).get("python"))
-    run.world.keep("answered-stays", found == (pupil.draft_name, pupil.draft), f"{found}: {pupil.draft}")
+    known = {"name": pupil.draft_name, "project": pupil.draft and WHOLE | {"python": pupil.draft}} | pupil.draft_more
+    saved_at = read.pop("saved_at")
+    run.world.keep("answered-stays", read == known, "a draft is {}, not {}", read, known)
+    check_saved_at(run, saved_at, pupil.draft_s if pupil.draft else None)
+
+
+def check_saved_at(run: "Lesson", shown: str | None, saved_s: float | None) -> None:
+    """When something was saved, as the disk has it; nothing where there is none."""
+    if saved_s is None:
+        run.world.keep("answered-stays", not shown, "what isn't there was saved at {}", shown)
+    else:
+        shown_s = datetime.fromisoformat(shown or "1990-01-01T00:00Z").timestamp()
+        run.world.keep("answered-stays", abs(shown_s - saved_s) < _STORED_S, "saved at {}, not {}", shown, saved_s)
 
 
 async def save(run: "Lesson") -> None:
     """A pupil stores a project, with or without the version that it was made of."""
-    pupil, name = run.draw(run.pupils), run.random.choice(PROJECTS)
+    pupil, name = run.draw(run.pupils), run.in_turn(PROJECTS)
     if pupil is None:
         return
     mark, project = work(run, pupil)
@@ -138,9 +163,13 @@ async def check_library(run: "Lesson", pupil: "Pupil") -> None:
     found = {each["name"]: each["versions"] for each in listed}
     known = {name: len(kept(versions)) for name, versions in pupil.projects.items()}
     run.world.keep("answered-stays", found == known, f"{pupil.name} has {found}, not {known}")
+    in_order = sorted(listed, key=lambda each: (each["saved_at"], each["name"]), reverse=True)
+    run.world.keep("as-asked", listed == in_order, "the one saved last isn't first: {}", listed)
+    saved_at = {each["name"]: each["saved_at"] for each in listed}
     for name, versions in list(pupil.projects.items())[:2]:
         answer = await run.expect("answered-stays", pupil.browser, "projects/read", DONE, name=name)
-        run.world.keep("answered-stays", answer["python"] == versions[-1], f"{name}: {answer['python']!r}")
+        whole = WHOLE | {"python": versions[-1], "name": name, "version": len(versions)}
+        run.world.keep("answered-stays", answer == whole, "{}, not {}", answer, whole)
         oldest = 1 + len(versions) - len(kept(versions))
         number = run.random.randint(oldest, len(versions))
         answer = await run.expect("answered-stays", pupil.browser, "projects/read", DONE, name=name, version=number)
@@ -150,6 +179,7 @@ async def check_library(run: "Lesson", pupil: "Pupil") -> None:
         history = await run.expect("as-asked", pupil.browser, "projects/history", DONE, name=name)
         numbers = [each["version"] for each in history]
         run.world.keep("as-asked", numbers == [*range(len(versions), oldest - 1, -1)], f"{numbers}")
+        run.world.keep("as-asked", history[0]["saved_at"] == saved_at[name], "{} and {}", history[0], saved_at[name])
     own = await run.expect("answered-stays", pupil.browser, "missions/own", DONE)
     run.world.keep("answered-stays", sorted(each["name"] for each in own) == sorted(pupil.missions), f"{own}")
     await check_draft(run, pupil)
@@ -174,7 +204,7 @@ async def own_missions(run: "Lesson") -> None:
     pupil = run.draw(run.pupils)
     if pupil is None:
         return
-    document = chosen_mission(MissionChoice(id=_FIRST)).document
+    document = chosen_mission(MissionChoice(id=MISSION)).document
     await run.expect("as-asked", pupil.browser, "missions/write", DONE, name="mine", document=document)
     pupil.missions["mine"] = ["motorcade-mission/1"]
     answer = await run.expect("answered-stays", pupil.browser, "missions/read", DONE, name="mine")
@@ -204,7 +234,7 @@ async def export_and_import(run: "Lesson") -> None:
         saved = await run.expect("as-asked", pupil.browser, "save-text", DONE, **project)
         versions = [{"saved_at": "2026-01-01T00:00:00.000Z", "text": saved["text"]}]
         more = {"format": "motorcade-projects/1", "projects": [{"name": "from home", "versions": versions}]}
-        more["stars"] = {_FIRST: [1, 9]}
+        more["stars"] = {MISSION: [1, 9]}
         await run.expect("as-asked", pupil.browser, "projects/import", DONE, text=json.dumps(more))
         if "from home" not in pupil.projects:
             pupil.projects["from home"] = [mark]
@@ -212,7 +242,7 @@ async def export_and_import(run: "Lesson") -> None:
             free = next(name for name in map("from home ({})".format, range(2, 50)) if name not in pupil.projects)
             pupil.projects[free] = [mark]
         pupil.imported = True
-    bad = run.random.choice(("", "[]", "{", '{"format": 5}', text[: len(text) // 2]))
+    bad = run.in_turn(("", "[]", "{", '{"format": 5}', text[: len(text) // 2]))
     await run.expect("says-why", pupil.browser, "projects/import", "no-projects-file", text=bad)
     await check_library(run, pupil)
 
@@ -222,14 +252,21 @@ async def check_stars(run: "Lesson") -> None:
     pupil = run.draw(run.pupils)
     if pupil is None:
         return
-    message = {"mission": {"id": _FIRST}, "leader": solution()}
+    program = run.random.choice((SOLVES, FAILS))
+    message = {"mission": {"id": MISSION}, "leader": solution(program)}
     answer = await run.expect("as-asked", pupil.browser, "missions/check", DONE, **message)
-    before = set(pupil.stars.get(_FIRST, ())) | ({1} if pupil.imported else set())
-    pupil.stars[_FIRST] = sorted({*answer["stars"], *before})
-    run.world.keep("answered-stays", answer["earned"] == pupil.stars[_FIRST], f"{answer['earned']}: {pupil.stars}")
+    run.world.keep("as-asked", bool(answer["stars"]) == (program is SOLVES), f"a program earns {answer['stars']}")
+    before = set(pupil.stars.get(MISSION, ())) | ({1} if pupil.imported else set())
+    pupil.stars[MISSION] = sorted({*answer["stars"], *before})
+    run.world.keep("answered-stays", answer["earned"] == pupil.stars[MISSION], f"{answer['earned']}: {pupil.stars}")
     progress = await run.expect("as-asked", run.teacher, "teacher/progress", DONE)
-    earned = progress["stars"].get(pupil.id, {}).get(_FIRST, [])
-    run.world.keep("answered-stays", earned == pupil.stars[_FIRST], f"the teacher sees {earned}")
+    known = {each.id: stars_of(each) for each in run.pupils}
+    run.world.keep("answered-stays", progress["stars"] == known, "the teacher sees {}", progress["stars"])
+    rows = [{"id": each.id, "name": each.name, "stars": each.stars} for each in list_missions({})]
+    run.world.keep("as-asked", progress["missions"] == rows, "the teacher sees {}", progress["missions"])
+    found = {each["id"]: each["earned"] for each in await run.expect("as-asked", pupil.browser, "missions", DONE)}
+    wanted = {each["id"]: stars_of(pupil).get(each["id"], []) for each in rows}
+    run.world.keep("answered-stays", found == wanted, "{} sees the stars {}", pupil.name, found)
 
 
 async def studio_requests(run: "Lesson") -> None:
@@ -238,10 +275,16 @@ async def studio_requests(run: "Lesson") -> None:
     if pupil is None:
         return
     able = await run.expect("as-asked", pupil.browser, "capabilities", DONE)
-    run.world.keep("own-view", (able["classroom"], able["cars"]) == ("pupil", ""), f"{able}")
-    listed = [each["port"] for each in await run.expect("one-holder", pupil.browser, "ports", DONE)]
-    has_cable = SERIAL.port in listed
-    run.world.keep("one-holder", has_cable == (run.holders[""] is pupil), f"{pupil.name} is offered {listed}")
+    known = {"serial_ports": True, "downloads": True, "driving": True, "most_cars": 500}
+    run.world.keep("own-view", able == known | {"classroom": "pupil", "cars": ""}, f"{able}")
+    able = await run.expect("as-asked", run.teacher, "capabilities", DONE)
+    run.world.keep("own-view", able == known | {"classroom": "teacher", "cars": "/api/teacher/cars"}, f"{able}")
+    cable = {"port": SERIAL.port, "description": SERIAL.description, "kind": "serial"}
+    virtual = {"port": "virtual", "description": "", "kind": "virtual"}
+    for browser, has_cable in ((pupil.browser, run.holders[""] is pupil), (run.teacher, True)):
+        listed = await run.expect("one-holder", browser, "ports", DONE)
+        wanted = [cable] if has_cable else [virtual]
+        run.world.keep("one-holder", listed == wanted, "{} is offered {}, not {}", browser.address, listed, wanted)
     leader = {"leader": solution(), "followers": None, "profile": "classroom"}
     requests: list[tuple[str, dict[str, Any]]] = [
         ("profiles", {}),
@@ -253,11 +296,11 @@ async def studio_requests(run: "Lesson") -> None:
         ("projects/place", {}),
         ("compile", leader),
         ("save-text", WORK),
-        ("mission", {"id": _FIRST}),
+        ("mission", {"id": MISSION}),
         ("decompile", {"image": IMAGE, "profile": "classroom"}),
         ("blocks-to-python", leader),
     ]
-    for _ in range(4):
+    for _ in range(6):
         request, message = run.in_turn(requests)
         await run.ask(pupil.browser, request, **message)
     rest = (
@@ -270,7 +313,7 @@ async def studio_requests(run: "Lesson") -> None:
         "missions/open",
         "missions/save-text",
     )
-    for _ in range(3):
+    for _ in range(5):
         request = run.in_turn((*rest, "event-table"))
         outcome, _ = await run.ask(pupil.browser, request, nonsense=5)
         run.world.keep("says-why", outcome != DONE, f"{request} with nonsense ends in {outcome}")
@@ -301,7 +344,7 @@ async def give(run: "Lesson") -> None:
 
 
 async def _give(run: "Lesson", pupil: "Pupil", takers: "list[Pupil]", count: int) -> None:
-    name = run.random.choice(list(pupil.projects))
+    name = run.random.choice((max(pupil.projects, key=len), *pupil.projects))
     for _ in range(count):
         taker = run.draw(takers)
         pupil.gifts_s = [when_s for when_s in pupil.gifts_s if run.world.now_s - when_s < GIFTS_S]
@@ -407,7 +450,9 @@ async def open_mission(run: "Lesson") -> None:
     number = run.random.randint(1, count) if count else 1
     answer = await run.expect("as-asked", pupil.browser, "class/mission", DONE if count else "not-found", number=number)
     if answer:
-        run.world.keep("as-asked", answer["id"] == run.missions[number - 1]["id"], f"{answer['id']}")
+        stars = stars_of(pupil)
+        known = to_builtins(opened_mission(MissionChoice(**run.missions[number - 1]), stars))
+        run.world.keep("as-asked", answer == known, f"{answer['id']}")
     for wrong in (0, -1, count + 1):
         await run.expect("as-asked", pupil.browser, "class/mission", "not-found", number=wrong)
 
@@ -444,7 +489,7 @@ ACTS = [
     (0.6, delete),
     (0.4, own_missions),
     (0.6, export_and_import),
-    (0.15, check_stars),
+    (0.3, check_stars),
     (0.8, studio_requests),
     (2.0, give),
     (0.8, see_news),

@@ -42,6 +42,8 @@ IMAGE_FAULTS = (
 )
 # So many lines of its own a car says before an answer: fewer than somebody who is no car.
 _TALK = 15
+# After it a car's receiver begins anew.
+_SILENCE_S = 0.5
 PROFILE = built_in_profile("classroom")
 
 
@@ -71,6 +73,8 @@ class ShelfCar:
         self.checks: list[str] = []
         self.images: list[str] = []
         self.is_mute = self.ignores_orders = False
+        # The kind of request at which it hangs up.
+        self.hangs_up_at = ""
         # Whether it says more than it is asked.
         self.talks = False
         # At a cable: what it sends by itself, for how long, and whether it shows what it gets, as a prompt does.
@@ -144,6 +148,9 @@ class _Line(asyncio.Protocol):
         self._transport: Any = None
         # The checksum that was announced; None where none was.
         self._announced: int | None = None
+        # After a refusal the rest is ignored until there was silence.
+        self._skips = False
+        self._last_s = 0.0
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self._transport = transport
@@ -164,6 +171,10 @@ class _Line(asyncio.Protocol):
         if data:
             self._transport.write(data)
 
+    def refuse(self, reason: str) -> None:
+        self._skips = True
+        self.send(error_line(reason))
+
     def hang_up(self) -> None:
         self._transport.abort()
 
@@ -180,8 +191,18 @@ class _Line(asyncio.Protocol):
             if request is None:
                 continue
             car.asked.append((request.kind, request.name, car.world.now_s))
+            if request.kind == car.hangs_up_at:
+                self.hang_up()
+                return
             self.send(car.answer(request))
         car.got += len(data) - REQUEST_BYTES * len(requests)
+        is_silent = car.world.now_s - self._last_s >= _SILENCE_S
+        if uploaded:
+            self._last_s = car.world.now_s
+        if self._skips and not is_silent:
+            uploaded = b""
+        elif uploaded:
+            self._skips = False
         self._rest = self._take(uploaded) + rest
 
     def _take(self, data: bytes) -> bytes:
@@ -224,7 +245,7 @@ class _Line(asyncio.Protocol):
                 car.held = request
                 self.send(ok_line(request))
             else:
-                self.send(error_line(f"image-header word=0x{CHECK_HEADER:08x}"))
+                self.refuse(f"image-header word=0x{CHECK_HEADER:08x}")
             return
         fault = (car.checks or [""]).pop(0)
         words = [unpack(request[at : at + WORD_BYTES]) for at in range(WORD_BYTES, CHECK_BYTES, WORD_BYTES)]
@@ -235,7 +256,7 @@ class _Line(asyncio.Protocol):
             car.last_ready = ready_line(check_words(announced, number), car.held)
             self.send(car.last_ready)
         elif fault == "busy":
-            self.send(error_line("busy"))
+            self.refuse("busy")
         elif fault == "old-number":
             self.send(ready_line(check_words(announced, number - 1 & 255), car.held))
         elif fault == "last-answer":
@@ -261,7 +282,7 @@ class _Line(asyncio.Protocol):
             # Another computer was faster, and this one hears nothing.
             car.held = drawn_image(car.random)
         elif fault in ("", "refuses"):
-            self.send(error_line(f"the checksum is {crc32(image) ^ 1:08x}, {announced or 0:08x} was announced"))
+            self.refuse(f"the checksum is {crc32(image) ^ 1:08x}, {announced or 0:08x} was announced")
         elif fault in ("other-checksum", "same-length"):
             # It has stored what has as many words, or fewer, where nothing was announced.
             other = bytes(image[:-2]) + bytes([image[-2] ^ 16]) + image[-1:]
@@ -270,9 +291,9 @@ class _Line(asyncio.Protocol):
                 car.held = other
             self.send(ok_line(other))
         elif fault == "cant-store":
-            self.send(error_line("the image could not be stored"))
+            self.refuse("the image could not be stored")
         elif fault == "too-large":
-            self.send(error_line(f"image-too-large words={len(image) // WORD_BYTES} most=4"))
+            self.refuse(f"image-too-large words={len(image) // WORD_BYTES} most=4")
 
 
 class ShelfDriveCar(DriveBoard):

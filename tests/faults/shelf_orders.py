@@ -393,15 +393,33 @@ async def plug_in(run: "Shelf") -> None:
         run.plugged = []
         await asyncio.sleep(6.0)
         run.keep("found", prompt.came == came, "a device that is no car is asked again")
+        run.keep("found", len(car.lines) == named, f"a port that was pulled out is opened {len(car.lines)} times")
         rows = [status.where for status in fleet.statuses()]
         run.keep("found", rows == [car.where] * named, f"without a cable the table has {rows}")
         run.plugged = [car.host]
         await asyncio.sleep(5.0)
+        run.keep("found", len(car.lines) == 1, f"a port that is back is opened {len(car.lines)} times")
         (found,) = fleet.named([car.host])
         await fleet.ask([car.host], BLINK)
         run.keep(
             "found", not found.status().away and BLINK in car.kinds(), "a car that is plugged in again isn't asked"
         )
+
+
+async def ask_the_lost(run: "Shelf") -> None:
+    """Whoever asks a car whose connection breaks is told so at once, and one that is mute after a while."""
+    car = run.car()
+    async with run.fleet([network_place(car.host, car.port)]) as fleet:
+        car.is_mute, breaks = True, run.random.random() < 0.6
+        car.hangs_up_at = BLINK if breaks else ""
+        begin_s, code = run.world.now_s, ""
+        try:
+            await fleet.ask([car.where], BLINK)
+        except MotorcadeError as problem:
+            code = problem.code
+        took_s = run.world.now_s - begin_s
+        run.keep("nobody-waits", code == "car-away", f"who asks a car that is lost is told {code!r}")
+        run.keep("nobody-waits", (took_s < 1.0) == breaks and took_s < 6.0, f"who asks a lost car waits {took_s:.1f} s")
 
 
 async def come_late(run: "Shelf") -> None:
@@ -432,5 +450,6 @@ ACTS = (
     strange,
     forget,
     plug_in,
+    ask_the_lost,
     come_late,
 )

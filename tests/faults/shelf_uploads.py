@@ -9,6 +9,7 @@ from tests.faults.uploads import drawn_image
 
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.upload import serial_port
+from motorcade.upload.transfer import SENDS_AGAIN
 from motorcade.words.packing import WORD_BYTES
 
 if TYPE_CHECKING:
@@ -52,8 +53,13 @@ async def upload(run: "Shelf") -> None:
         car.checks.clear()
         car.images.clear()
         image, begin_s = drawn_image(run.random), run.world.now_s
-        await run.in_thread(lambda image=image: serial_port.upload("port", image, BAUD))
+        again: list[Phrase] = []
+        await run.in_thread(
+            lambda image=image, again=again: serial_port.upload("port", image, BAUD, retrying=again.append)
+        )
         run.keep("goes-on", car.held == image, "a healthy car isn't loaded")
+        is_sent_once = SENDS_AGAIN not in [retry.key for retry in again] or car.chatter_s > 0
+        run.keep("goes-on", is_sent_once, "a healthy car is sent a program twice")
         is_quick = run.world.now_s - begin_s < _QUICK_S or car.knows_no_checks or car.chatter_s > 0
         run.keep("upload-ends", is_quick, f"a healthy car is loaded in {run.world.now_s - begin_s:.1f} s")
         is_calm = car.chatter_s != _STARTS_S or not car.was_disturbed

@@ -24,10 +24,14 @@ class Heard:
 
     def __init__(self, run: Track) -> None:
         self.words: list[tuple[float, int, int]] = []
-        self.links: list[str] = []
+        self.begun_s: list[float] = []
+        self.clocks_s: list[float] = []
 
         def watch(name: str, port: int, socket: Socket) -> None:
+            if port == TELEMETRY:
+                socket.tap = lambda data: self.clocks_s.extend([run.world.now_s] * data.count(b'"sync"'))
             if port == COMMANDS:
+                self.begun_s.append(run.world.now_s)
                 socket.tap = lambda data: self.words.extend(
                     (run.world.now_s, word >> 28, (word & _SPEED) >> 11) for (word,) in struct.iter_unpack(">I", data)
                 )
@@ -37,6 +41,15 @@ class Heard:
     def moves_since(self, since_s: float) -> list[float]:
         """When it has sent commands that move the wheels since a time."""
         return [at_s for at_s, code, speed in self.words if at_s > since_s and code == 1 and speed]
+
+    def moves_early(self) -> list[float]:
+        """When it has sent commands that move the wheels by a connection at which it has answered no clock yet."""
+        ends_s = [*self.begun_s[1:], float("inf")]
+        early = []
+        for begin_s, end_s in zip(self.begun_s, ends_s, strict=True):
+            answered_s = min([at_s for at_s in self.clocks_s if at_s > begin_s], default=end_s)
+            early += [at_s for at_s in self.moves_since(begin_s) if at_s < min(answered_s, end_s)]
+        return early
 
 
 async def renew(run: Track) -> None:
@@ -128,6 +141,11 @@ async def hear_nothing(run: Track) -> None:
             run.keep("drives-again", board.speed > 0, "a client doesn't connect again")
         else:
             run.keep("held-stick", not heard.moves_since(cut_s), "a stick that was held while a connection broke")
+            await _hold(run, client, 0.0, 0.2)
+            await _hold(run, client, 0.5, 1.5)
+            run.keep("drives-again", board.speed > 0, "a client doesn't connect again")
+        early_s = heard.moves_early()
+        run.keep("no-old-command", not early_s, f"a client moves the wheels before it answers a clock: {early_s}")
         await client.end()
 
 

@@ -47,11 +47,15 @@ async def places(run: Track) -> None:
 async def _replace_the_silent(run: Track, driver: TrackClient, others: list[TrackClient]) -> None:
     """Who sends no command for long gives the place to a newcomer who does."""
     silent = next(other for other in others if not other.has_ended)
+    # Words that are old are none: whoever has stamped one has to stamp all.
+    sends_old = run.random.random() < 0.5
+    if sends_old:
+        silent.send(move(NEUTRAL), stamped=True)
     end_s = run.world.now_s + HAND_OVER_S + 0.3
     while run.world.now_s < end_s:
         driver.send(move(NEUTRAL))
         for other in others:
-            if other is not silent and not other.has_ended:
+            if (sends_old or other is not silent) and not other.has_ended:
                 other.send(move(NEUTRAL))
         await asyncio.sleep(0.2)
     newcomer = await run.client().call(COMMANDS)

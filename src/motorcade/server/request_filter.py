@@ -146,18 +146,20 @@ class RequestFilter:
             return
         receive = self._bounded(receive, self._most_body(scope))
         if holder:
-            receive, send = self._while_in(asker, holder, receive, send)
+            receive, send = self._while_in(asker, holder, connection, receive, send)
         if scope["type"] == "websocket":
             with self._counted(connection):
                 await self._app(scope, receive, send)
         else:
             await self._app(scope, receive, send)
 
-    def _while_in(self, asker: HTTPConnection, holder: str, receive: Receive, send: Send) -> tuple[Receive, Send]:
+    def _while_in(
+        self, asker: HTTPConnection, holder: str, connection: "Connected | None", receive: Receive, send: Send
+    ) -> tuple[Receive, Send]:
         """Return how a holder's request is received and answered while the holder is in.
 
         The right to ask may end after the head of a request has come: a body that comes later is refused. A WebSocket
-        is over with its next message, or within a second; nothing more is sent then.
+        is over with its next message, or within a second; nothing more is sent then. A stream's connection is dropped.
         """
         is_socket = asker.scope["type"] == "websocket"
         out_since_s: float | None = None
@@ -204,6 +206,10 @@ class RequestFilter:
                     out_since_s = now_s
                 if now_s - out_since_s >= _LAST_WORDS_S:
                     await end()
+            if is_over and connection and not is_socket:
+                # The application goes on until it sees that, and an error would be logged.
+                connection.drop()
+                return
             if is_over:
                 raise OSError
             is_over = message["type"] == "websocket.close"
