@@ -184,7 +184,10 @@ def test_who_says_nothing_where_keys_are_wanted_is_turned_away_and_counted(monke
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems have 127.0.0.1 alone")
-def test_a_newcomer_goes_before_many_addresses_whose_handshakes_were_halves(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("leave", [False, True], ids=["stay", "leave"])
+def test_a_newcomer_goes_before_many_addresses_whose_handshakes_were_halves(
+    monkeypatch: pytest.MonkeyPatch, leave: bool
+) -> None:
     """A stranger may have many addresses. How many handshakes begin before the newcomer's is counted, not timed."""
     monkeypatch.setattr(listener, "HANDSHAKE_S", 0.01)
     strangers, begun, over = 40, [], []
@@ -205,10 +208,12 @@ def test_a_newcomer_goes_before_many_addresses_whose_handshakes_were_halves(monk
 
             serving = asyncio.ensure_future(listening.serve())
             async with asyncio.timeout(DEADLINE_S):
-                for _ in range(2):
+                for newcomers in ("127.0.0.1", "127.0.0.2"):
                     for number in range(1, strangers + 1):
-                        come(f"127.0.1.{number}", b"\x16")
-                    newcomer = come("127.0.0.1", b"nonsense")
+                        stranger = come(f"127.0.1.{number}", b"\x16")
+                        if leave:
+                            stranger.close()
+                    newcomer = come(newcomers, b"nonsense")
                     begun.clear()
                     newcomer.setblocking(False)
                     while not is_answered(newcomer):
