@@ -96,6 +96,42 @@ def test_connections_of_one_address_are_bounded_though_places_are_free(burst: in
     assert len(made) == 4 * burst
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems have 127.0.0.1 alone")
+def test_who_has_all_places_of_an_address_takes_none_of_another() -> None:
+    """Connections of 127.0.0.1 have sessions here; that of the other address is idle, and stays."""
+    ended = []
+
+    class Visitor(Standing):
+        def __init__(self, closed: Callable[[], None]) -> None:
+            super().__init__(self.begin, closed)
+            self.host = ""
+
+        def begin(self, transport: asyncio.BaseTransport) -> None:
+            self.host = transport.get_extra_info("peername")[0]
+
+        def has_session(self) -> bool:
+            return self.host == "127.0.0.1"
+
+        def drop(self) -> None:
+            ended.append(self.host)
+
+    async def accept() -> None:
+        turned_away: list[bool] = []
+        places = Places(most=20, most_of_one_address=2)
+        with bind("127.0.0.1", 0) as bound, contextlib.ExitStack() as held:
+            accepting = Listener(bound, Visitor, lambda: turned_away.append(True), None, places)
+            serving = asyncio.ensure_future(accepting.serve())
+            for host in ("127.0.0.2", *["127.0.0.1"] * 3):
+                held.enter_context(socket.create_connection(accepting.address, source_address=(host, 0)))
+            await until(lambda: turned_away)
+            accepting.close_to_newcomers()
+            serving.cancel()
+            await asyncio.gather(serving, return_exceptions=True)
+
+    asyncio.run(accept())
+    assert ended == []
+
+
 def test_what_a_client_does_not_read_takes_little_of_the_systems_memory() -> None:
     """What waits there can't be counted, and is old when the client goes on."""
 
