@@ -22,6 +22,19 @@ def folder(tmp_path_factory):
     return folder
 
 
+@pytest.mark.parametrize("ciphers", ["ECDHE+AESGCM", "ECDHE+AES:!AESGCM", "ECDHE+CHACHA20"])
+def test_a_chips_older_tls_has_no_weaker_cipher_than_a_cars(folder, ciphers):
+    chip = server_context(folder / "car-ada.pem")
+    chip.minimum_version = chip.maximum_version = ssl.TLSVersion.TLSv1_2
+    chip.set_ciphers(ciphers)
+    driver = client_context(folder / "driver-lin.pem", takes_chips=True)
+    if ciphers == "ECDHE+AESGCM":
+        shake(driver, chip, "ada")
+        return
+    with pytest.raises(ssl.SSLError):
+        shake(driver, chip, "ada")
+
+
 def shake(client, server, host):
     """Both ends after their handshake, joined in memory; raises what either end raises."""
     to_client, to_server = ssl.MemoryBIO(), ssl.MemoryBIO()
