@@ -145,6 +145,27 @@ def test_what_a_client_does_not_read_takes_little_of_the_systems_memory() -> Non
     assert asyncio.run(taken_bytes()) < 100_000
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems have other options, or none")
+def test_a_peer_that_has_vanished_is_noticed_in_ten_seconds() -> None:
+    async def options() -> list[int]:
+        connected = asyncio.get_running_loop().create_future()
+        async with listening(connected.set_result, 1):
+            line = (await connected).get_extra_info("socket")
+            return [
+                line.getsockopt(*option)
+                for option in (
+                    (socket.SOL_SOCKET, socket.SO_KEEPALIVE),
+                    (socket.IPPROTO_TCP, socket.TCP_KEEPIDLE),
+                    (socket.IPPROTO_TCP, socket.TCP_KEEPINTVL),
+                    (socket.IPPROTO_TCP, socket.TCP_KEEPCNT),
+                )
+            ]
+
+    is_on, idle_s, between_s, count = asyncio.run(options())
+    assert is_on
+    assert 5 <= idle_s + between_s * count <= 10
+
+
 def test_the_end_of_an_answer_does_not_wait_for_its_beginning_to_be_acknowledged() -> None:
     async def accept() -> int:
         is_prompt = asyncio.get_running_loop().create_future()

@@ -112,9 +112,10 @@ async def _stop_and_go(run: "Lesson", page: "SimulatedPage") -> None:
 
 
 async def _stop_all(run: "Lesson", page: "SimulatedPage") -> None:
-    """The teacher's stop is for these cars, too."""
-    await lesson_teacher.stop(run)
-    await _obeys(run, run.ordered)
+    """The teacher's stop is for these cars, too, and so is the release."""
+    for _ in range(run.random.choice((1, 2))):
+        await lesson_teacher.stop(run)
+        await _obeys(run, run.ordered)
 
 
 async def _blink(run: "Lesson", page: "SimulatedPage") -> None:
