@@ -2,8 +2,8 @@
 
 For test_motor_guard.py and benchmarks/drive_ends.py.
 
-``python -m support.guarded_car FILE [FAILSAFE_MS [program|stands]]``: its board appends each call to FILE, a line with the
-method and the time in seconds by the clock that all processes share. The process prints ``drives`` when the wheels
+``python -m support.guarded_car FILE [FAILSAFE_MS [program|stands]]``: its board appends each call to FILE, a line with
+the method and the time in seconds by the clock that all processes share. The process prints ``drives`` when the wheels
 turn, and obeys three lines on its standard input: ``end``, ``fail``, and ``hang``, which holds the interpreter's lock.
 A car that runs its own ``program`` obeys nobody, and drives until it is killed; one that ``stands`` drove before.
 """
