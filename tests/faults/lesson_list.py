@@ -105,7 +105,8 @@ async def _obeys(run: "Lesson", order: str) -> None:
 async def _stop_and_go(run: "Lesson", page: "SimulatedPage") -> None:
     page.send({"do": "stop"})
     await _obeys(run, STOP)
-    row = await _shown(run, page, lambda row: row["state"] == "stopped")
+    # The list follows within a quarter of a second.
+    row = await _shown(run, page, lambda row: row["state"] == "stopped", 0.2)
     run.world.keep("shows-what-is", row["state"] == "stopped", f"a car that is stopped is shown as {row['state']}")
     page.send({"do": "go"})
     await _obeys(run, GO)
