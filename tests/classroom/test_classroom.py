@@ -90,6 +90,16 @@ def test_who_makes_no_step_for_minutes_is_stuck():
     assert stuck_s(room, 19999.0) is None, "who has met all goals is not stuck"
 
 
+def test_who_has_met_the_only_goal_is_not_stuck():
+    room = with_pupils("Mia")
+    room.connect("01", 0.0)
+    open_mission(room, now_s=0.0)
+    room.note("01", lambda presence: presence.see_goals(0, 1, 1.0))
+    assert stuck_s(room, 1000.0) is not None
+    room.note("01", lambda presence: presence.see_goals(1, 1, 1001.0))
+    assert stuck_s(room, 9000.0) is None
+
+
 def test_one_pupil_at_a_time_has_the_cable_and_each_car_until_it_is_given_back_or_passed_on():
     room = with_pupils("Mia", "Ben", cars=["red", "blue"])
     refused("cable-of-another", room.check_cable, "01")

@@ -12,6 +12,8 @@ from support.waiting import wait_until
 def test_three_steps_let_a_pupil_in(room):
     tablet = room.browser()
     assert tablet.client.get("/").headers["location"] == "/join"
+    # Only a class by HTTPS has one.
+    assert tablet.client.get("/authority.crt").json()["error"]["code"] == "not-found"
     about = tablet.ask("class/about")
     assert (about["me"], about["is_open"]) == (None, True)
     assert tablet.ask("class/check-code", code=room.code.lower()) == {}

@@ -115,23 +115,24 @@ def test_a_count_is_written_though_nothing_else_happens(tmp_path, monkeypatch):
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
 def test_a_full_disk_is_reported_once_and_stops_nothing():
     problems = []
-    log = ActivityLog("/dev/full", problems.append, lambda: AT)
+    full = os.open("/dev/full", os.O_WRONLY)
+    log = ActivityLog(Path(f"/dev/fd/{full}"), problems.append, lambda: AT)
     for number in range(100):
         log.record("stops", f"lin{number}:1")
     log.close()
+    os.close(full)
     (problem,) = problems
     assert problem.code == "log-not-written"
     assert "the disk is full" in str(problem)
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no named pipes among its files")
-def test_a_disk_that_hangs_delays_neither_a_stop_nor_the_end_and_what_it_missed_is_counted(tmp_path, monkeypatch):
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pipes among its files")
+def test_a_disk_that_hangs_delays_neither_a_stop_nor_the_end_and_what_it_missed_is_counted(monkeypatch):
     monkeypatch.setattr(activity_log, "_LAST_RECORDS_S", 0.01)
-    hanging = tmp_path / "log.jsonl"
-    os.mkfifo(hanging)
     # Nobody reads it, so the writer hangs when the pipe is full.
-    reader = os.open(hanging, os.O_RDONLY | os.O_NONBLOCK)
-    log = ActivityLog(hanging, lambda problem: None, lambda: AT)
+    reader, writer = os.pipe()
+    log = ActivityLog(Path(f"/dev/fd/{writer}"), lambda problem: None, lambda: AT)
+    os.close(writer)
     car = SocketlessCar()
     car.control.record = log.record
     ControlSession(car.control, "lin:1").command(STILL)
@@ -139,7 +140,6 @@ def test_a_disk_that_hangs_delays_neither_a_stop_nor_the_end_and_what_it_missed_
         ControlSession(car.control, f"mei{number}:1").stop()
     assert car.control.telemetry().state == "stopped"
     log.close()
-    os.set_blocking(reader, True)
     with os.fdopen(reader, encoding="utf-8") as lines:
         counted = [json.loads(line) for line in lines]
     lost = sum(each.get("records", 0) for each in counted)

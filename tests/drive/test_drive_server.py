@@ -81,6 +81,17 @@ async def test_a_client_that_is_gone_stops_the_wheels_at_once(end) -> None:
         assert car.board.notes[-1][0] - gone_s < 0.05
 
 
+def test_who_has_hung_up_before_the_car_accepts_leaves_no_traceback(caplog) -> None:
+    with DrivenCar(profile=PATIENT) as car:
+        with car.stuck():
+            for port in (car.port, car.telemetry_port):
+                with socket.create_connection(("127.0.0.1", port)) as line:
+                    line.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        with connect(car) as line:
+            drive_on(car, line)
+    assert caplog.records == []
+
+
 def test_a_server_that_is_stuck_stops_the_wheels_and_drops_what_came_meanwhile() -> None:
     # No failsafe helps here.
     watched = replace(PATIENT, drive=replace(PATIENT.drive, watchdog_ms=200))

@@ -254,9 +254,11 @@ def test_stamped_commands_move_nothing_until_the_clock_is_answered() -> None:
         ("failsafe", "waits for a command with speed 0"),
         ("stopped", "emergency stop holds"),
         ("driven", "another client drives"),
+        ("discharged", "the battery is low"),
+        ("dark", "switches something that this car doesn't have"),
     ],
 )
-def test_the_console_says_once_why_commands_do_nothing(state: str, says: str) -> None:
+def test_the_console_says_at_once_and_once_why_commands_do_nothing(state: str, says: str) -> None:
     car = SocketlessCar()
     first, line = car.commands(1, "192.168.1.8")
     receive(first, command(90, 100) * 2)
@@ -264,13 +266,33 @@ def test_the_console_says_once_why_commands_do_nothing(state: str, says: str) ->
         line.abort()
     if state == "stopped":
         car.control.change(None, lambda arbiter, now: arbiter.stop())
+    if state == "discharged":
+        car.control.change(None, lambda arbiter, now: arbiter.discharge())
     channel, _ = car.commands(2)
-    for _ in range(9):
-        receive(channel, command(91, 100) * 2)
-        car.wait(20)
+    commands = command(91, 100) * 2
+    if state == "dark":
+        receive(channel, command(90) * 2)
+        commands = struct.pack(">I", LIGHTS.encode(horn=1))
+    receive(channel, commands)
     (said,) = car.said
     assert said.startswith("192.168.1.7:2 ")
     assert says in said
+    for _ in range(9):
+        receive(channel, commands)
+        car.wait(20)
+    assert car.said == [said]
+
+
+def test_the_console_says_at_once_and_once_that_there_are_too_many_commands() -> None:
+    car = SocketlessCar()
+    channel, _ = car.commands()
+    receive(channel, command(90) * 2)
+    for _ in range(150):
+        receive(channel, command(91, 100))
+        assert bool(car.said) == (channel.session.counts["over-rate"] > 0)
+    (said,) = car.said
+    assert channel.session.counts["over-rate"] > 9
+    assert "more commands than the car takes" in said
 
 
 def client_in(page: Path) -> str:

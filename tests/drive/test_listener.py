@@ -96,6 +96,42 @@ def test_connections_of_one_address_are_bounded_though_places_are_free(burst: in
     assert len(made) == 4 * burst
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems have 127.0.0.1 alone")
+def test_who_has_all_places_of_an_address_takes_none_of_another() -> None:
+    """Connections of 127.0.0.1 have sessions here; that of the other address is idle, and stays."""
+    ended = []
+
+    class Visitor(Standing):
+        def __init__(self, closed: Callable[[], None]) -> None:
+            super().__init__(self.begin, closed)
+            self.host = ""
+
+        def begin(self, transport: asyncio.BaseTransport) -> None:
+            self.host = transport.get_extra_info("peername")[0]
+
+        def has_session(self) -> bool:
+            return self.host == "127.0.0.1"
+
+        def drop(self) -> None:
+            ended.append(self.host)
+
+    async def accept() -> None:
+        turned_away: list[bool] = []
+        places = Places(most=20, most_of_one_address=2)
+        with bind("127.0.0.1", 0) as bound, contextlib.ExitStack() as held:
+            accepting = Listener(bound, Visitor, lambda: turned_away.append(True), None, places)
+            serving = asyncio.ensure_future(accepting.serve())
+            for host in ("127.0.0.2", *["127.0.0.1"] * 3):
+                held.enter_context(socket.create_connection(accepting.address, source_address=(host, 0)))
+            await until(lambda: turned_away)
+            accepting.close_to_newcomers()
+            serving.cancel()
+            await asyncio.gather(serving, return_exceptions=True)
+
+    asyncio.run(accept())
+    assert ended == []
+
+
 def test_what_a_client_does_not_read_takes_little_of_the_systems_memory() -> None:
     """What waits there can't be counted, and is old when the client goes on."""
 
@@ -107,6 +143,27 @@ def test_what_a_client_does_not_read_takes_little_of_the_systems_memory() -> Non
             return MUCH_BYTES - transport.get_write_buffer_size()
 
     assert asyncio.run(taken_bytes()) < 100_000
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems have other options, or none")
+def test_a_peer_that_has_vanished_is_noticed_in_ten_seconds() -> None:
+    async def options() -> list[int]:
+        connected = asyncio.get_running_loop().create_future()
+        async with listening(connected.set_result, 1):
+            line = (await connected).get_extra_info("socket")
+            return [
+                line.getsockopt(*option)
+                for option in (
+                    (socket.SOL_SOCKET, socket.SO_KEEPALIVE),
+                    (socket.IPPROTO_TCP, socket.TCP_KEEPIDLE),
+                    (socket.IPPROTO_TCP, socket.TCP_KEEPINTVL),
+                    (socket.IPPROTO_TCP, socket.TCP_KEEPCNT),
+                )
+            ]
+
+    is_on, idle_s, between_s, count = asyncio.run(options())
+    assert is_on
+    assert 5 <= idle_s + between_s * count <= 10
 
 
 def test_the_end_of_an_answer_does_not_wait_for_its_beginning_to_be_acknowledged() -> None:
@@ -184,7 +241,10 @@ def test_who_says_nothing_where_keys_are_wanted_is_turned_away_and_counted(monke
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems have 127.0.0.1 alone")
-def test_a_newcomer_goes_before_many_addresses_whose_handshakes_were_halves(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("leave", [False, True], ids=["stay", "leave"])
+def test_a_newcomer_goes_before_many_addresses_whose_handshakes_were_halves(
+    monkeypatch: pytest.MonkeyPatch, leave: bool
+) -> None:
     """A stranger may have many addresses. How many handshakes begin before the newcomer's is counted, not timed."""
     monkeypatch.setattr(listener, "HANDSHAKE_S", 0.01)
     strangers, begun, over = 40, [], []
@@ -205,10 +265,12 @@ def test_a_newcomer_goes_before_many_addresses_whose_handshakes_were_halves(monk
 
             serving = asyncio.ensure_future(listening.serve())
             async with asyncio.timeout(DEADLINE_S):
-                for _ in range(2):
+                for newcomers in ("127.0.0.1", "127.0.0.2"):
                     for number in range(1, strangers + 1):
-                        come(f"127.0.1.{number}", b"\x16")
-                    newcomer = come("127.0.0.1", b"nonsense")
+                        stranger = come(f"127.0.1.{number}", b"\x16")
+                        if leave:
+                            stranger.close()
+                    newcomer = come(newcomers, b"nonsense")
                     begun.clear()
                     newcomer.setblocking(False)
                     while not is_answered(newcomer):
@@ -237,7 +299,7 @@ def is_answered(client: socket.socket) -> bool:
 
 @mock_clock
 async def test_handshakes_leave_half_of_the_time_to_who_is_connected() -> None:
-    """What is computed at the begin of each takes time, here of a clock that only jumps."""
+    """What is computed behind the begin of each takes time, here of a clock that only jumps."""
     clock = asyncio.get_running_loop()
     begun_s: list[float] = []
     cost_s = 0.1
@@ -245,7 +307,8 @@ async def test_handshakes_leave_half_of_the_time_to_who_is_connected() -> None:
     class Slow(Listener):
         def _accept(self, line: socket.socket, address: str) -> None:
             begun_s.append(clock.time())
-            clock.jump(cost_s)
+            # The loop reads what has come some rounds later.
+            clock.call_soon(clock.call_soon, clock.call_soon, clock.jump, cost_s)
             super()._accept(line, address)
 
     tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)

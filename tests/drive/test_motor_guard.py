@@ -75,6 +75,19 @@ def test_a_frozen_process_is_killed_and_its_wheels_are_stopped(tmp_path: Path, h
         wait_for_last(file, "rescue")
 
 
+@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="only POSIX freezes a process")
+def test_a_frozen_process_whose_car_stands_is_left_alone(tmp_path: Path) -> None:
+    """It was frozen before another one that is killed."""
+    standing, moving = tmp_path / "standing", tmp_path / "moving"
+    with driving(standing, QUICK_MS, how=("stands",)) as process, driving(moving, QUICK_MS) as other:
+        os.killpg(process.pid, signal.SIGSTOP)
+        freeze_while_it_drives(other, moving)
+        other.wait(DEADLINE_S)
+        assert process.poll() is None
+        assert "rescue" not in calls(standing)
+        os.killpg(process.pid, signal.SIGCONT)
+
+
 @pytest.mark.parametrize(("order", "status"), [("end", 0), ("fail", 1)])
 def test_a_process_that_ends_by_itself_or_by_an_exception_needs_no_rescue(
     tmp_path: Path, order: str, status: int

@@ -1,6 +1,7 @@
 """Keys files: who gets in where, by real TLS handshakes in memory."""
 
 import os
+import re
 import ssl
 import stat
 import sys
@@ -11,6 +12,7 @@ from cryptography.hazmat.primitives import serialization
 
 from motorcade.drive.certificates import CarKeys, make_keys
 from motorcade.drive.keys import client_context, https_context, name_in, peer_name, server_context
+from motorcade.errors import MotorcadeError
 
 NOW = datetime.now(UTC)
 
@@ -20,6 +22,40 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("keys") / "class 3b 三年级"
     make_keys(folder, [CarKeys("ada", ("192.168.1.20", "ada.school.example"))], ["lin", "小林"], NOW)
     return folder
+
+
+@pytest.mark.parametrize(
+    ("cut", "says"),
+    [
+        (lambda parts, others: [], "its key and certificate are unreadable"),
+        (lambda parts, others: parts[:1], "its key and certificate are unreadable"),
+        (lambda parts, others: parts[1:], "its key and certificate are unreadable"),
+        (lambda parts, others: [part[:99] for part in parts], "its key and certificate are unreadable"),
+        (lambda parts, others: [parts[0], *others[1:]], "KEY_VALUES_MISMATCH"),
+    ],
+)
+def test_what_is_wrong_in_a_keys_file_is_said(folder, tmp_path, cut, says):
+    parts, others = (
+        re.findall(r"-----BEGIN.*?-----END [^-]*-----\n", (folder / name).read_text(encoding="utf-8"), re.DOTALL)
+        for name in ("driver-lin.pem", "car-ada.pem")
+    )
+    (tmp_path / "cut.pem").write_text("".join(cut(parts, others)), encoding="utf-8")
+    with pytest.raises(MotorcadeError) as refused:
+        client_context(tmp_path / "cut.pem")
+    assert says in refused.value.sentence("en")
+
+
+@pytest.mark.parametrize("ciphers", ["ECDHE+AESGCM", "ECDHE+AES:!AESGCM", "ECDHE+CHACHA20"])
+def test_a_chips_older_tls_has_no_weaker_cipher_than_a_cars(folder, ciphers):
+    chip = server_context(folder / "car-ada.pem")
+    chip.minimum_version = chip.maximum_version = ssl.TLSVersion.TLSv1_2
+    chip.set_ciphers(ciphers)
+    driver = client_context(folder / "driver-lin.pem", takes_chips=True)
+    if ciphers == "ECDHE+AESGCM":
+        shake(driver, chip, "ada")
+        return
+    with pytest.raises(ssl.SSLError):
+        shake(driver, chip, "ada")
 
 
 def shake(client, server, host):

@@ -403,7 +403,7 @@ class KeyedCar:
     # Floods.
 
     async def flood(self) -> None:
-        """Many begin handshakes and never end them: whoever has keys stops the car all the same."""
+        """Many begin handshakes and never end them, or leave: whoever has keys stops the car all the same."""
         name = next((driver for driver in _DRIVERS if driver not in self.revoked), None)
         if name is None or not self.is_whole:
             return
@@ -417,6 +417,8 @@ class KeyedCar:
                 with suppress(OSError):
                     _, writer = await self._open(_TELEMETRY, None, f"10.6.0.{host}")
                     writer.write(self.random.choice((_HELLO, b"", b"GET / HTTP/1.1\r\n\r\n")))
+                    if self.random.random() < 0.3:
+                        writer.close()
                     writers.append(writer)
                 await asyncio.sleep(0.004)
 

@@ -139,16 +139,18 @@ async def _obeys(run: "Lesson", order: str) -> None:
 async def _stop_and_go(run: "Lesson", page: "SimulatedPage") -> None:
     page.send({"do": "stop"})
     await _obeys(run, STOP)
-    row = await _shown(run, page, lambda row: row["state"] == "stopped")
+    # The list follows within a quarter of a second.
+    row = await _shown(run, page, lambda row: row["state"] == "stopped", 0.2)
     run.world.keep("shows-what-is", row["state"] == "stopped", f"a car that is stopped is shown as {row['state']}")
     page.send({"do": "go"})
     await _obeys(run, GO)
 
 
 async def _stop_all(run: "Lesson", page: "SimulatedPage") -> None:
-    """The teacher's stop is for these cars, too."""
-    await lesson_teacher.stop(run)
-    await _obeys(run, run.ordered)
+    """The teacher's stop is for these cars, too, and so is the release."""
+    for _ in range(run.random.choice((1, 2))):
+        await lesson_teacher.stop(run)
+        await _obeys(run, run.ordered)
 
 
 async def _blink(run: "Lesson", page: "SimulatedPage") -> None:

@@ -210,10 +210,10 @@ async def conduct(run: "Lesson") -> None:
         pair.conducted_s = asked_s
 
 
-async def leave_pair(run: "Lesson") -> None:
+async def leave_pair(run: "Lesson", who: "Pupil | None" = None) -> None:
     """A pupil leaves the pair, whatever it is called, and has a copy; who refuses gets none."""
     asked = [each for pair in run.pairs for each in pair.members if each not in pair.joined]
-    who = run.draw(asked or [each for each in run.pupils if run.pair_of(each)] or run.pupils)
+    who = who or run.draw(asked or [each for each in run.pupils if run.pair_of(each)] or run.pupils)
     if who is None:
         return
     pair = run.pair_of(who)
@@ -232,6 +232,22 @@ async def leave_pair(run: "Lesson") -> None:
         drop_member(run, pair, who)
 
 
+async def ask_again(run: "Lesson") -> None:
+    """Whose partner has left asks somebody else into the pair, who finds what is there."""
+    alone = [each for pair in run.pairs if len(pair.members) == 1 for each in pair.joined]
+    if not alone:
+        await work_together(run)
+        pair = run.draw([pair for pair in run.pairs if len(pair.joined) > 1])
+        if pair is None:
+            return
+        leaving = run.draw(pair.joined)
+        await leave_pair(run, leaving)
+        alone = [each for each in pair.joined if each is not leaving]
+    free = [each for each in run.pupils if run.pair_of(each) is None]
+    if alone and free:
+        await begin_pair(run, run.draw(alone), run.draw(free))
+
+
 def drop_member(run: "Lesson", pair: "LessonPair", who: "Pupil") -> None:
     """A pupil is no longer in a pair."""
     pair.members.remove(who)
@@ -247,4 +263,5 @@ ACTS = [
     (1.2, join_pair),
     (4.0, work_together),
     (1.2, leave_pair),
+    (0.6, ask_again),
 ]

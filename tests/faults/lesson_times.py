@@ -179,7 +179,13 @@ async def rest(run: "Lesson") -> None:
     if pupil and run.random.random() < 0.7:
         pupil.page.close()
         pupil.page, pupil.pages, pupil.left_s = None, [], run.world.now_s
-    await asyncio.sleep(run.random.choice((5.0, 25.0)))
+    pages = [page for page in (run.teachers_page, *(each.page for each in run.pupils)) if page and page.messages]
+    newest = [page.messages[-1:] for page in pages]
+    rest_s = run.random.choice((5.0, 25.0))
+    await asyncio.sleep(rest_s)
+    for page, (before,) in zip(pages, newest, strict=True):
+        count = len(page.messages) - 1 - max(at for at, message in enumerate(page.messages) if message is before)
+        run.world.keep("bounded", count <= rest_s, f"a page of a class that rests gets {count} messages in {rest_s} s")
     lesson_files.check_settled(run)
     await run.check_pages()
     if pupil and pupil.page is None:

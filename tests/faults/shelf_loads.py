@@ -111,12 +111,25 @@ async def load_all(run: "Shelf") -> None:
         image = drawn_image(run.random)
         tries = run.random.choice((1, 2, 9))
         cars[1].checks = ["busy"] * tries
+        restarting = asyncio.create_task(_restart_busy(run, cars[1]))
         verdicts = {verdict.where: verdict for verdict in await fleet.load(image, [ALL])}
         run.keep("verified", set(verdicts) == {car.where for car in cars}, f"{list(verdicts)} are all cars")
         wanted = [True, tries < _TRIES, True]
         run.keep("verified", [car.held == image for car in cars] == wanted, f"with {tries} times busy: {verdicts}")
         holds = [verdicts[car.where].error is None for car in cars]
         run.keep("verified", holds == wanted, f"with {tries} times busy: {verdicts}")
+        restarting.cancel()
+
+
+async def _restart_busy(run: "Shelf", car: "ShelfCar") -> None:
+    """Perhaps switch a car off when it has said that it is busy, and on again some seconds later."""
+    if run.random.random() < 0.8:
+        busy = len(car.checks)
+        while len(car.checks) == busy:
+            await asyncio.sleep(0.1)
+        car.end()
+        await asyncio.sleep(3.0)
+        car.start()
 
 
 ACTS = (load, load_all)

@@ -139,6 +139,20 @@ async def test_where_a_drive_server_was_a_car_is_found_and_stopped(monkeypatch):
             assert car.wheels == (0, 0)
 
 
+@in_loop
+async def test_where_a_car_was_a_drive_server_is_found_and_stopped(monkeypatch):
+    monkeypatch.setattr("motorcade.fleet.contact._AGAIN_S", 0.05)
+    async with Cars() as cars:
+        with simulated_cars(1) as (car,):
+            port = int(car.address.rpartition(":")[2])
+            cars.add(found(HOST, port, CAR))
+            await until(lambda: cars.statuses() and not cars.statuses()[0].away)
+        with DrivenCar(port=port) as driven:
+            cars.add(found(HOST, port, DRIVE, driven.telemetry_port))
+            cars.order(STOP)
+            await until(lambda: driven.control.telemetry().state == "stopped")
+
+
 @pytest.mark.parametrize(("count", "is_whole"), [(64, True), (65, False)])
 @mock_clock
 async def test_classes_that_are_announced_again_crowd_nobody_out(count, is_whole, monkeypatch):
@@ -190,6 +204,18 @@ async def test_so_many_announced_addresses_are_kept_and_no_more():
         assert len(cars.contacts) == 2 * MOST_FOUND
         # Who announces most gives its place to another host.
         assert "127.0.1.2:7" in cars.contacts
+
+
+@in_loop
+async def test_who_was_not_asked_yet_gives_no_place_to_who_is_announced_later(monkeypatch):
+    """Where each host has one address, the first of them may be a car."""
+    monkeypatch.setattr("motorcade.fleet.cars.MOST_FOUND", 3)
+    hosts = [f"127.0.1.{number}" for number in range(1, 6)]
+    async with Cars() as cars:
+        for host in hosts:
+            cars.add(found(host, 7, CAR))
+        assert {contact.place.host for contact in cars.contacts.values()} == set(hosts[:3])
+        assert cars.problem
 
 
 def test_a_strangers_name_is_one_short_line():

@@ -1,6 +1,7 @@
 """Searches for programs: their archive, how they go on, and what they find."""
 
 import json
+import sys
 from contextlib import contextmanager
 from random import Random
 
@@ -202,3 +203,12 @@ def test_the_picture_shows_the_archive(found, tmp_path):
     picture = tmp_path / "archive.png"
     found["map-elites"][1].best.draw(picture, "Quick")
     assert picture.stat().st_size > 3000
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX's links")
+def test_the_picture_follows_no_link_that_somebody_has_put_there(found, tmp_path):
+    picture, precious = tmp_path / "archive.png", tmp_path / "precious"
+    precious.write_text("mine")
+    picture.symlink_to(precious)
+    found["map-elites"][1].best.draw(picture, "Quick")
+    assert precious.read_text() == "mine"

@@ -3,6 +3,7 @@
 import dataclasses
 import io
 import math
+import sys
 import time
 from random import Random
 from types import SimpleNamespace
@@ -354,6 +355,17 @@ def test_a_damaged_plan_beside_the_table_is_named_and_the_sweep_goes_on_without_
     assert str(manifest) in str(refused.value)
     manifest.unlink()
     assert run_sweep(plan, table, here) == plan.tasks
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX's links")
+def test_the_table_that_is_being_written_is_no_link_that_somebody_has_put_there(stopped, tmp_path):
+    plan, table = stopped
+    precious = tmp_path / "precious"
+    precious.write_text("mine")
+    (table.with_name("out.parquet.parts") / "table").symlink_to(precious)
+    assert run_sweep(plan, table, here)
+    assert precious.read_text() == "mine"
+    assert not table.is_symlink()
 
 
 def test_no_damage_of_a_part_ends_in_anything_but_a_sentence(stopped):

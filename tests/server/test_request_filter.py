@@ -65,6 +65,8 @@ def test_a_foreign_name_is_refused_everywhere_and_those_of_this_computer_at_no_p
     two = page.get("/", headers=[("host", "127.0.0.1"), ("host", host)])
     assert code(two) == (403, "foreign-host")
     assert "content-security-policy" in two.headers
+    assert f"under the name 127.0.0.1, {host}." in two.json()["error"]["sentence"]["en"]
+    assert "under the name ''." in page.get("/", headers={"host": ""}).json()["error"]["sentence"]["en"]
     for own in ("127.0.0.1:7700", "localhost:8000", "LOCALHOST", "127.9.9.9", "[::1]"):
         assert page.post("/api/projects/list", headers={"host": own}).status_code == 200
 

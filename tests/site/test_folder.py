@@ -6,6 +6,7 @@ import json
 import os
 import re
 import shlex
+import sys
 from base64 import b64encode
 
 import pytest
@@ -130,6 +131,19 @@ def test_a_list_that_names_files_outside_the_folder_removes_none(tmp_path):
     (site / LIST).write_text(json.dumps(document))
     write_site(site, FEW)
     assert outside.read_text() == "mine"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX's links")
+@pytest.mark.parametrize("name", sorted(FEW))
+def test_a_link_in_place_of_a_sites_file_is_not_followed(tmp_path, name):
+    site, outside = tmp_path / "site", tmp_path / "precious.txt"
+    outside.write_text("mine")
+    write_site(site, FEW)
+    (site / name).unlink()
+    (site / name).symlink_to(outside)
+    write_site(site, FEW)
+    assert outside.read_text() == "mine"
+    assert not (site / name).is_symlink()
 
 
 @pytest.mark.parametrize("document", ["", "[]", "{}", '{"format": "motorcade-site/1", "files": 3}', '{"files": {}}'])

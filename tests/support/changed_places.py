@@ -38,20 +38,37 @@ class Change(NamedTuple):
     Attributes:
         line: its number.
         kind: ``condition``, ``bound`` or ``order``.
-        what: the code before and after.
+        what: the code before and after; of a constant also the statement in which it stands, since many are alike.
         apply: makes the change in the tree.
+        is_of_constant: whether a number or a truth value is another one.
     """
 
     line: int
     kind: str
     what: str
     apply: Callable[[], None]
+    is_of_constant: bool = False
 
 
 def changes_of(tree: ast.Module) -> Iterator[Change]:
     """Yield all changes of a module, in the order of its lines."""
     found = list(_found(tree))
-    yield from sorted(found, key=lambda change: (change.line, change.kind, change.what))
+    within = _statements(tree)
+    for change in sorted(found, key=lambda change: (change.line, change.kind, change.what)):
+        if change.is_of_constant:
+            change = change._replace(what=f"{change.what} in {_brief(within[change.line])}")
+        yield change
+
+
+def _statements(tree: ast.Module) -> dict[int, ast.stmt]:
+    """Return by its number the innermost statement of each line."""
+    within: dict[int, ast.stmt] = {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.stmt):
+            # Those that stand in others come behind them. Decorators stand before the line of what they decorate.
+            first = min(each.lineno for each in (node, *getattr(node, "decorator_list", ())))
+            within |= dict.fromkeys(range(first, (node.end_lineno or first) + 1), node)
+    return within
 
 
 def _found(tree: ast.Module) -> Iterator[Change]:
@@ -124,7 +141,8 @@ def _in_list(node: ast.AST, field: str, values: list[Any], left_out: set[ast.AST
 
 
 def _replacing(kind: str, before: ast.AST, after: ast.AST, apply: Callable[[], None]) -> Change:
-    return Change(getattr(before, "lineno", 0), kind, f"{_brief(before)} -> {_brief(after)}", apply)
+    what = f"{_brief(before)} -> {_brief(after)}"
+    return Change(getattr(before, "lineno", 0), kind, what, apply, isinstance(before, ast.Constant))
 
 
 def _brief(node: ast.AST) -> str:

@@ -29,13 +29,18 @@ class DrivenCar:
     """
 
     def __init__(
-        self, tls: Any = None, byte_order: str = "big", profile: Profile | None = None, revoked: Any = None
+        self,
+        tls: Any = None,
+        byte_order: str = "big",
+        profile: Profile | None = None,
+        revoked: Any = None,
+        port: int = 0,
     ) -> None:
         self.profile = profile or CLASSROOM
         self.board = MockDriveBoard()
         self.control = CarControl(self.board, monotonic_ms, self.profile)
         self.server = Clients(self.control, byte_order, revoked)
-        self.port = self.telemetry_port = 0
+        self.port, self.telemetry_port = port, 0
         self._tls = tls
         self._loop = asyncio.new_event_loop()
         self._ended = asyncio.Event()
@@ -75,7 +80,7 @@ class DrivenCar:
 
     async def _serve(self) -> None:
         with ExitStack() as stack:
-            sockets = [stack.enter_context(bind("127.0.0.1", 0)) for _ in range(2)]
+            sockets = [stack.enter_context(bind("127.0.0.1", port)) for port in (self.port, 0)]
             self.port, self.telemetry_port = (each.getsockname()[1] for each in sockets)
             async with watched(self.control), serving(self.server, sockets[0], sockets[1], self._tls):
                 self._ready.set()

@@ -2,10 +2,10 @@
 
 For test_motor_guard.py and benchmarks/drive_ends.py.
 
-``python -m support.guarded_car FILE [FAILSAFE_MS [program]]``: its board appends each call to FILE, a line with the
-method and the time in seconds by the clock that all processes share. The process prints ``drives`` when the wheels
+``python -m support.guarded_car FILE [FAILSAFE_MS [program|stands]]``: its board appends each call to FILE, a line with
+the method and the time in seconds by the clock that all processes share. The process prints ``drives`` when the wheels
 turn, and obeys three lines on its standard input: ``end``, ``fail``, and ``hang``, which holds the interpreter's lock.
-A car that runs its own ``program`` obeys nobody, and drives until it is killed.
+A car that runs its own ``program`` obeys nobody, and drives until it is killed; one that ``stands`` drove before.
 """
 
 import asyncio
@@ -94,20 +94,21 @@ async def drive(file: str, failsafe_ms: int) -> None:
             raise ZeroDivisionError
 
 
-def run_program(file: str, failsafe_ms: int) -> None:
-    """Move the wheels without any command, as a car's own program does."""
+def run_program(file: str, failsafe_ms: int, stands: bool) -> None:
+    """Move the wheels without any command, as a car's own program does; once, or again and again."""
     guard = MotorGuard(FileBoard(file).rescue(), failsafe_ms)
     guard.beat(moves=True)
     record(file, "apply")
+    guard.beat(moves=not stands)
     print("drives", flush=True)
     while True:
         time.sleep(PERIOD_S)
-        guard.beat(moves=True)
+        guard.beat(moves=not stands)
 
 
 if __name__ == "__main__":
     of_car = int(sys.argv[2]) if sys.argv[2:] else CLASSROOM.drive.failsafe_ms
     if sys.argv[3:]:
-        run_program(sys.argv[1], of_car)
+        run_program(sys.argv[1], of_car, sys.argv[3] == "stands")
     else:
         asyncio.run(drive(sys.argv[1], of_car))

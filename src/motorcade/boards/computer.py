@@ -229,7 +229,8 @@ class HardwareWatchdog:
 
     def __init__(self, path: Path = Path("/dev/watchdog")) -> None:
         with raised_as("watchdog-unusable", OSError, path=path):
-            self._device = os.open(path, os.O_WRONLY)
+            # A pipe in its place would wait for a reader.
+            self._device = os.open(path, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0))
 
     def keep_alive(self) -> None:
         """Give a sign of life; due again within about 15 s, the kernel's usual limit."""

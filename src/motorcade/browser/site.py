@@ -157,7 +157,7 @@ def write_site(folder: Path, files: dict[str, bytes]) -> None:
         raise MotorcadeError("site-folder-in-use", folder=folder, file=others[0])
     place = folder
     try:
-        for place in (folder / _INDEX, *(folder / name for name in present - {*files, LIST})):
+        for place in (folder / _INDEX, *(folder / name for name in present - {LIST})):
             place.unlink(missing_ok=True)
             for parent in place.relative_to(folder).parents[:-1]:
                 with suppress(OSError):

@@ -129,9 +129,9 @@ class ClassFolder(FolderStorage):
         """
         with ExitStack() as stack:
             with raised_as("folder-not-writable", OSError, folder=self._folder):
-                self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+                self._folder.mkdir(parents=True, exist_ok=True)
                 with suppress(OSError):
-                    # A folder that was there already; some disks have no permissions.
+                    # Also a folder that was there already; some disks have no permissions.
                     self._folder.chmod(0o700)
                 refusal = MotorcadeError("class-is-running", folder=self._folder)
                 stack.enter_context(locked(self._folder / _LOCK, refusal))

@@ -113,14 +113,16 @@ class Pairs:
         self._room.save()
 
     def go_on(self, who: str, pair_id: str, new: Pair) -> None:
-        """Let a pair have open what was stored for a ``new`` one. Raises MotorcadeError, as `joined`."""
+        """Let a pair have open what was stored for a ``new`` one, which its caller then ends.
+
+        Raises MotorcadeError, as `joined`.
+        """
         pair = self.joined(who, pair_id)
         pair.id, new.id = new.id, pair.id
         pair.name = new.name
         record = self._room.record
         record.pairs = [other for other in record.pairs if other.id != new.id]
         record.removed.append(new.library)
-        self._room.save()
 
     @request("class/pair/take", stores=True)
     def take(self, who: str, window: Window, wants: bool, now_s: float) -> None:

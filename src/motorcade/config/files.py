@@ -86,11 +86,15 @@ def decoded(data: bytes) -> str:
     return data.decode("utf-16" if data[:2] in _UTF_16_MARKS else "utf-8-sig")
 
 
-def _check_is_file(path: Path) -> None:
-    """Raise OSError where a pipe or a device stands in place of a file: it may keep its reader, or writer, for ever."""
-    mode = path.stat().st_mode
-    if not (S_ISREG(mode) or S_ISDIR(mode) or _HANDED_OVER.fullmatch(path.as_posix())):
-        raise OSError(errno.ESPIPE, os.strerror(errno.ESPIPE), str(path))
+def check_no_device(path: Path) -> None:
+    """Raise OSError where a pipe or a device stands in place of a file: it may keep its reader, or writer, for ever.
+
+    Nothing, and what a shell hands over, is none.
+    """
+    with suppress(FileNotFoundError):
+        mode = path.stat().st_mode
+        if not (S_ISREG(mode) or S_ISDIR(mode) or _HANDED_OVER.fullmatch(path.as_posix())):
+            raise OSError(errno.ESPIPE, os.strerror(errno.ESPIPE), str(path))
 
 
 def opened(path: Path) -> BinaryIO:
@@ -98,7 +102,7 @@ def opened(path: Path) -> BinaryIO:
 
     Raises OSError, also where it is a pipe or a device, and ValueError where no file has that name.
     """
-    _check_is_file(path)
+    check_no_device(path)
     return path.open("rb")
 
 
@@ -289,8 +293,7 @@ def replace_file(path: Path, data: bytes) -> None:
     if _HANDED_OVER.fullmatch(path.as_posix()):
         path.write_bytes(data)
         return
-    with suppress(FileNotFoundError):
-        _check_is_file(path)
+    check_no_device(path)
     temporary = path.with_name(f".{path.name}.{token_hex(4)}")
     try:
         with temporary.open("xb") as file:

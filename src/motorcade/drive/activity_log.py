@@ -13,6 +13,7 @@ from queue import Empty, Full, Queue
 from time import monotonic
 from typing import Any
 
+from motorcade.config.files import check_no_device
 from motorcade.errors import MotorcadeError
 
 # The file and four older ones, of 1 MB each: the log takes 5 MB at most.
@@ -59,7 +60,7 @@ class ActivityLog:
         self._lost = 0
         self._is_over = self._has_failed = False
         try:
-            self._file: FileIO | None = FileIO(file, "ab")
+            self._file: FileIO | None = self._opened()
         except OSError as problem:
             raise MotorcadeError("log-not-writable", file=file, reason=problem) from None
         self._thread = threading.Thread(target=self._write_all, name="activity log", daemon=True)
@@ -114,7 +115,7 @@ class ActivityLog:
         """Write a record, in a new file where this one is full; report the first of those that can't be written."""
         line = json.dumps(record, ensure_ascii=False).encode() + b"\n"
         try:
-            self._file = file = self._file or FileIO(self._path, "ab")
+            self._file = file = self._file or self._opened()
             status = os.fstat(file.fileno())
             if stat.S_ISREG(status.st_mode) and status.st_size + len(line) > MOST_BYTES:
                 file = self._next_file(file)
@@ -137,8 +138,13 @@ class ActivityLog:
                 older = Path(self._path)
             with suppress(FileNotFoundError):
                 older.replace(f"{self._path}.{number}")
-        self._file = FileIO(self._path, "ab")
+        self._file = self._opened()
         return self._file
+
+    def _opened(self) -> FileIO:
+        """Raises OSError, also where it is a pipe: to open it would wait for a reader."""
+        check_no_device(self._path)
+        return FileIO(self._path, "ab")
 
 
 class _Repeats:

@@ -270,7 +270,6 @@ class DriveClient:
                 self._away_since_s = _now_s()
                 pause_s = _FIRST_PAUSE_S
             self._connection = self.telemetry = None
-            self._changed.set()
             # Random, so that the drivers of a car that is switched on again don't all connect at once.
             await asyncio.sleep(pause_s * random.uniform(0.5, 1.0))
             pause_s = min(2 * pause_s, _LONGEST_PAUSE_S)

@@ -156,7 +156,8 @@ class Listener:
         self._mute: dict[socket.socket, tuple[str, asyncio.TimerHandle]] = {}
         self._waiting: dict[str, deque[tuple[socket.socket, str]]] = {}
         self._has_waiting = asyncio.Event()
-        # Handshakes that a network's clients began and didn't go on with, since one of them was whole.
+        # Handshakes that a network's clients began and didn't end, since one of them was whole. They have cost as much
+        # where the client has left.
         self._halves = Counter[str]()
         listener.setblocking(False)
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _KERNEL_BYTES)
@@ -385,9 +386,6 @@ class Listener:
             # Wrong certificates, no TLS at all, or the client has left.
             if not isinstance(problem, OSError):
                 raise problem
-            if not isinstance(problem, ConnectionAbortedError):
-                # Who has left only waited in vain.
-                self._halves -= Counter([slot.network])
             self._turned_away()
             self._free(slot)
         else:

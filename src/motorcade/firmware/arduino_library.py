@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from motorcade.config.chips import CHIPS, MOTORS
+from motorcade.config.files import replace_file
 from motorcade.config.pins import INPUTS, PinMap, VoiceMap
 from motorcade.config.profile import Profile, levels_of
 from motorcade.errors import InputError
@@ -164,14 +165,14 @@ def write_library(output: Path, files: dict[str, bytes]) -> None:
         for path, data in files.items():
             target = output / LIBRARY / path
             target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(data)
+            replace_file(target, data)
         return
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         for path, data in files.items():
             # A fixed time, so that the same files make the same bytes.
             archive.writestr(zipfile.ZipInfo(f"{LIBRARY}/{path}"), data, zipfile.ZIP_DEFLATED)
-    output.write_bytes(packed.getvalue())
+    replace_file(output, packed.getvalue())
 
 
 def _guard(pins: PinMap) -> list[str]:

@@ -151,6 +151,8 @@ class Store:
         schema = table_schema(self._plan.sweep.points.parameters, self._plan.checkpoints > 0)
         schema = schema.with_metadata({_CONTENTS: json.dumps(self._plan.contents).encode()})
         unfinished = self.folder / "table"
+        # What a killed sweep, or somebody else, has left there: it may be a pipe, or a link to another file.
+        unfinished.unlink(missing_ok=True)
         with pq.ParquetWriter(unfinished, schema, compression="zstd", write_page_checksum=True) as writer:
             rows = pa.Table.from_batches([], schema)
             for index in range(self._plan.tasks):

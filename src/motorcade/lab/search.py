@@ -13,6 +13,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
+from io import BytesIO
 from pathlib import Path
 from random import Random
 from statistics import fmean
@@ -135,7 +136,9 @@ class BestPrograms:
         axes.set_xlabel(picture_text("picture-coverage"))
         axes.set_ylabel(picture_text("picture-words"))
         axes.set_title(title)
-        figure.savefig(picture)
+        drawn = BytesIO()
+        figure.savefig(drawn, format=picture.suffix[1:])
+        replace_file(picture, drawn.getvalue())
 
 
 class ArchiveFile:

@@ -203,7 +203,9 @@ class McapSink(Sink):
         self._has_moments = False
         # A player needs times that rise: those of a run go on from the last of the run before.
         self._run = self._begun_ms = self._last_ms = 0
-        self._file = part_of(path).open("wb")
+        # What an ended recording, or somebody else, has left there: it may be a pipe, or a link to another file.
+        part_of(path).unlink(missing_ok=True)
+        self._file = part_of(path).open("xb")
         self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES)
         self._writer.start(library="motorcade")
         self._writer.add_metadata(_METADATA, about.to_texts())

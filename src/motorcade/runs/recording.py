@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from motorcade.config.files import check_no_device
 from motorcade.config.profile import Profile, profile_from_dict
 from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.engine.layout import people_at
@@ -269,6 +270,8 @@ def check_writable(path: Path, endings: Iterable[str]) -> None:
         place = path.parent
     if not os.access(place, os.W_OK):
         raise InputError("run-file-forbidden", file=path)
+    with writing(path):
+        check_no_device(path)
 
 
 def _one_of(names: Sequence[object]) -> object:

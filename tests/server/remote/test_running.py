@@ -118,6 +118,21 @@ def test_the_page_and_its_socket_are_served_by_https(tmp_path, trust):
             assert json.loads(line.recv(DEADLINE_S))["is"] in ("hello", "telemetry")
 
 
+def test_connections_that_have_ended_take_no_places():
+    with (
+        running(NumberedPage()) as address,
+        closing(http.client.HTTPConnection(*address, timeout=DEADLINE_S)) as kept,
+    ):
+        kept.connect()
+        line = kept.sock
+        for _ in range(150):
+            with closing(http.client.HTTPConnection(*address, timeout=DEADLINE_S)) as visitor:
+                for page in (visitor, kept):
+                    page.request("GET", "/drive")
+                    page.getresponse().read()
+        assert kept.sock is line, "it was closed, and opened again"
+
+
 def test_many_mute_connections_shut_nobody_out_and_disturb_no_page():
     allow_files(4 * MUTE)
     with (

@@ -1,17 +1,19 @@
 """A remote that drives the cars of a page's world: the list, drivers, and the world meanwhile."""
 
 import io
-from contextlib import contextmanager
+from contextlib import aclosing, contextmanager
 from types import SimpleNamespace
 
 import pytest
+from anyio import CapacityLimiter
 from PIL import Image
 
 from motorcade.drive.wire import SessionError
 from motorcade.engine.state import DRIVEN
 from motorcade.errors import MotorcadeError
 from motorcade.server.fleet import RemoteCar
-from motorcade.server.studio.driving import SessionFleet
+from motorcade.server.studio.driving import PageWorld, SessionFleet
+from motorcade.service.world_messages import SetWorld
 from support.driven_car import PATIENT, DrivenCar
 from support.remote_page import PageSocket, RemotePage
 from support.rooms import in_loop
@@ -227,6 +229,20 @@ async def test_a_world_has_sixteen_cameras_at_most():
     assert await fleet.camera("3") is held[3]
     with pytest.raises(MotorcadeError, match="16"):
         await fleet.camera("16")
+
+
+@in_loop
+async def test_the_camera_of_a_car_that_a_new_world_lacks_goes_on_when_the_car_is_back():
+    world = PageWorld(KEY, "127.0.0.1", 100, CapacityLimiter(1))
+    three, two = (world.make_world(SetWorld(mat)) for mat in (MAT, TWO))
+    world.begin(three)
+    async with aclosing((await world.fleet.camera("2")).pictures(30)) as pictures:
+        assert await anext(pictures)
+        world.begin(two)
+        with pytest.raises(MotorcadeError, match="2"):
+            await world.view(2)
+        world.begin(three)
+        assert await anext(pictures)
 
 
 def picture(client, car):
