@@ -10,7 +10,7 @@ from motorcade.cli.output import plain, sentence_of, translated
 from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.wire import Telemetry
 from motorcade.errors import DriveError, MotorcadeError, Phrase
-from motorcade.words.formats import SWITCHES, Switch
+from motorcade.words.formats import SWITCHES
 
 AHEAD = "ahead"
 BACK = "back"
@@ -147,11 +147,10 @@ class DriveTerminal:
                 lines.append(terminal.bold(_text("let-go")))
         lines += ["", *terminal.wrap(_text("keys"), width)]
         if client.telemetry:
-            lines += [
-                _switch_line(switch, client.telemetry)
-                for switch in SWITCHES
-                if switch.name in client.telemetry.switches
-            ]
+            for switch in SWITCHES:
+                if (is_on := client.telemetry.switches.get(switch.name)) is not None:
+                    name = Phrase(f"device-{switch.name}")
+                    lines.append(_text("switch", letter=switch.key, name=name, state=_text("on" if is_on else "off")))
         shown = [terminal.truncate(line, width) + terminal.clear_eol for line in lines[:height]]
         print(terminal.home + "\r\n".join(shown) + terminal.clear_eos, end="", flush=True)
 
@@ -173,11 +172,6 @@ def _telemetry_lines(telemetry: Telemetry) -> list[str]:
     if telemetry.battery_mv is not None:
         lines.append(f"{_text('battery')}: {telemetry.battery_mv / 1000:.2f} V")
     return lines
-
-
-def _switch_line(switch: Switch, telemetry: Telemetry) -> str:
-    state = _text("on" if telemetry.switches[switch.name] else "off")
-    return _text("switch", letter=switch.key, name=Phrase(f"device-{switch.name}"), state=state)
 
 
 def _text(key: str, **details: object) -> str:

@@ -357,7 +357,9 @@ class Search:
             seeds = self.mission.seeds[:1]
         count = sum(len(given) for _, given in batch)
         while count + len(seeds) <= max(_BATCH_RUNS, len(seeds)):
-            batch.append((self._candidate(random), seeds))
+            program = self._program(random)
+            image = compile_program(program, self.mission.profile).image
+            batch.append((Candidate(program, image, count_blocks(program)), seeds))
             count += len(seeds)
         self._batches[self._made] = batch
         self._waiting.append(self._made)
@@ -380,12 +382,8 @@ class Search:
         self._taken = number + 1
         self._make()
 
-    def _candidate(self, random: Random) -> Candidate:
-        """Make a program to try."""
-        program = self._program(random)
-        return Candidate(program, compile_program(program, self.mission.profile).image, count_blocks(program))
-
     def _program(self, random: Random) -> Program:
+        """Make a program to try."""
         if self._start:
             return self._start.popleft()
         if self.method == "random" or random.random() < _DRAWN[self.method]:

@@ -45,19 +45,17 @@ class WorldView:
         is_outside = box[0] < self._box[0] or box[1] < self._box[1] or box[2] > self._box[2] or box[3] > self._box[3]
         if drawn is None or is_outside or world.images != self._images:
             is_whole = drawn is None and about.mat.size_m is not None
-            self._box = box if is_whole else _wider(box)
+            if not is_whole:
+                left, bottom, right, top = box
+                more_m = max(right - left, top - bottom) * _MORE
+                box = (left - more_m, bottom - more_m, right + more_m, top + more_m)
+            self._box = box
             self._images = world.images
             size = None
             if drawn:
                 size = drawn.size
             drawn = self._drawn = MomentPictures(about, self._box, size)
         return [drawn.draw(moment) for moment in moments]
-
-
-def _wider(box: Box) -> Box:
-    left, bottom, right, top = box
-    more_m = max(right - left, top - bottom) * _MORE
-    return left - more_m, bottom - more_m, right + more_m, top + more_m
 
 
 class Window:

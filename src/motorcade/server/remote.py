@@ -234,16 +234,14 @@ class PageSession:
                 self._steered.discard(name)
                 if name in self._controls:
                     self._request(self._give_back(self._controls[name]))
-            shown = {name: self._telemetry_of(name, control) for name, control in self._controls.items()}
-            for name, telemetry in shown.items():
-                self._record_driving(name, bool(telemetry.you["drives"]))
+            shown = {}
+            for name, control in self._controls.items():
+                known = messages.CarTelemetry.__struct_fields__
+                told = {field: value for field, value in control.telemetry().items() if field in known}
+                shown[name] = messages.CarTelemetry(**told, paused=self._fleet.of(name).is_paused(name))
+                self._record_driving(name, bool(shown[name].you["drives"]))
             self._page.put(messages.Telemetry(shown, self._freshness.clock_to_answer(self._now())))
             await asyncio.sleep(_TELEMETRY_EVERY_S)
-
-    def _telemetry_of(self, name: str, control: PageControl) -> messages.CarTelemetry:
-        known = messages.CarTelemetry.__struct_fields__
-        shown = {field: value for field, value in control.telemetry().items() if field in known}
-        return messages.CarTelemetry(**shown, paused=self._fleet.of(name).is_paused(name))
 
 
 def routes(settings: ServerSettings, fleet_of: Callable[[HTTPConnection], Fleet]) -> list[BaseRoute]:

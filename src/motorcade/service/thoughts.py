@@ -97,18 +97,16 @@ class Thinking:
                 lasting[car] = self._since_ms.get(car, now_ms)
                 if now_ms - lasting[car] < _AWHILE_MS:
                     continue
-            elif self._has_heard(car, now_ms - SILENT_MS):
-                continue
+            else:
+                counted = self._world.pictures.counted(car)
+                if counted.heard > 0 and counted.last_ms > now_ms - SILENT_MS:
+                    continue
             found.append(CarThought(car, thought))
         if at_all:
             self._since_ms = lasting
         found.sort(key=lambda told: (_ORDER.index(told.thought), told.car))
         self.told.keep(now_ms, found[:MOST_THOUGHTS])
         return self.told.now
-
-    def _has_heard(self, car: int, since_ms: int) -> bool:
-        counted = self._world.pictures.counted(car)
-        return counted.heard > 0 and counted.last_ms > since_ms
 
     def _wondering(self) -> Iterator[int]:
         """Yield the cars that have a reason to say what they do."""
