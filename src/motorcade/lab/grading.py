@@ -1,6 +1,5 @@
 """Grade many runs of a mission side by side, each with a program and a seed of its own. This module needs NumPy."""
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -68,29 +67,22 @@ class _Visits:
     """The squares of a mat in which cars were. A mat without a size has its cars' box and 2 m around it."""
 
     def __init__(self, mat: Mat, worlds: int) -> None:
-        x_m = np.asarray(mat.starts.x_m)
-        y_m = np.asarray(mat.starts.y_m)
-        corner_m = (0.0, 0.0)
+        starts_m = np.asarray([mat.starts.x_m, mat.starts.y_m])
         if mat.size_m:
-            size_m = mat.size_m
+            corner_m, size_m = np.zeros(2), np.asarray(mat.size_m)
         else:
-            corner_m = (x_m.min() - 2, y_m.min() - 2)
-            size_m = (np.ptp(x_m) + 4, np.ptp(y_m) + 4)
-        self._corner_um = [round(length * 1e6) for length in corner_m]
-        self._columns, self._rows = (max(math.ceil(length / _SQUARE_M), 1) for length in size_m)
-        self._seen = np.zeros((worlds, self._columns * self._rows), bool)
-        # Of each car the first square of its world.
-        self._first = np.repeat(np.arange(worlds) * self._seen.shape[1], len(x_m))
+            corner_m, size_m = starts_m.min(axis=1) - 2, np.ptp(starts_m, axis=1) + 4
+        # A row for x, a row for y. Whole numbers take a third of the time.
+        self._corner_um = np.rint(corner_m * 1e6).astype(int)[:, None]
+        self._counts = np.maximum(np.ceil(size_m / _SQUARE_M).astype(int), 1)[:, None]
+        self._seen = np.zeros((worlds, self._counts.prod()), bool)
+        self._world_of_car = np.repeat(np.arange(worlds), len(mat.starts))
 
     def note(self, world: World) -> None:
         """Note where the cars are now."""
-        places = zip((world.state.x, world.state.y), self._corner_um, (self._columns, self._rows), strict=True)
-        column, row = (
-            # Whole numbers take a third of the time.
-            np.minimum(np.maximum(np.subtract(at_um, corner_um, dtype=np.int64) // _SQUARE_UM, 0), count - 1)
-            for at_um, corner_um, count in places
-        )
-        self._seen.reshape(-1)[self._first + row * self._columns + column] = True
+        squares = (np.asarray([world.state.x, world.state.y], int) - self._corner_um) // _SQUARE_UM
+        column, row = np.minimum(np.maximum(squares, 0), self._counts - 1)
+        self._seen[self._world_of_car, row * self._counts[0] + column] = True
 
     def shares(self) -> list[float]:
         """The share of the squares, of each world."""
