@@ -249,7 +249,7 @@ async def test_a_page_is_told_how_old_telemetry_is_until_its_car_is_away():
         control = await RemoteCars([RemoteCar("ada", "127.0.0.1", car.port, telling.port)]).connect("ada", "page")
         await until(lambda: "state" in control.telemetry())
         you = control.telemetry()["you"]
-        assert not (you["drives"] or you["waits"])
+        assert (you["drives"], you["waits"]) == (False, False)
         telling.hold(True)
         await until(lambda: control.telemetry()["silent_ms"] > 1000)
         assert control.telemetry()["state"] == "ready"
