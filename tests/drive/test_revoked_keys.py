@@ -102,6 +102,15 @@ def test_a_list_that_is_damaged_or_gone_keeps_what_it_had(folder):
     assert lin in revoked
 
 
+def test_a_list_that_has_not_changed_is_not_read_for_each_command(folder, monkeypatch):
+    reads = []
+    revoked = RevokedKeys(revoke_drivers(folder, ["lin"]))
+    monkeypatch.setattr("motorcade.drive.keys.read_revoked", reads.append)
+    for _ in range(9):
+        assert not revoked.reload()
+    assert reads == []
+
+
 @pytest.mark.parametrize("list_keys_of", [("lin",), ("lin", "mei")])
 def test_a_list_that_was_cut_or_emptied_lets_nobody_in(folder, list_keys_of):
     """Wherever it was cut, when the car starts; where it ran before, it keeps what it had."""

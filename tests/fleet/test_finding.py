@@ -73,6 +73,15 @@ def test_a_car_that_can_not_announce_itself_runs_on_and_says_so(monkeypatch):
     assert "no multicast here" in problems[0].sentence("en")
 
 
+@pytest.mark.parametrize("host", ["127.0.0.1", "127.3.2.1", "::1"])
+def test_what_only_this_computer_reaches_is_announced_to_nobody(monkeypatch, host):
+    asked = []
+    monkeypatch.setattr("zeroconf.Zeroconf", lambda **options: asked.append(options))
+    with announced(CAR, "ada", (host, 9), asked.append):
+        pass
+    assert asked == []
+
+
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [

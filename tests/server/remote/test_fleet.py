@@ -248,10 +248,27 @@ async def test_a_page_is_told_how_old_telemetry_is_until_its_car_is_away():
     async with loop_car() as car, FaultProxy(car.telemetry_port) as telling:
         control = await RemoteCars([RemoteCar("ada", "127.0.0.1", car.port, telling.port)]).connect("ada", "page")
         await until(lambda: "state" in control.telemetry())
+        you = control.telemetry()["you"]
+        assert (you["drives"], you["waits"]) == (False, False)
         telling.hold(True)
         await until(lambda: control.telemetry()["silent_ms"] > 1000)
         assert control.telemetry()["state"] == "ready"
         await until(lambda: "state" not in control.telemetry())
+        control.leave()
+
+
+@mock_clock
+async def test_only_a_stop_that_is_lifted_waits_no_longer_for_a_car_that_is_away():
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        control = await RemoteCars([RemoteCar("ada", *taken.getsockname())]).connect("ada", "page")
+        stopping = asyncio.ensure_future(control.act("stop"))
+        for action, is_over in (("release", False), ("clear", True)):
+            await pass_time(1)
+            with pytest.raises(MotorcadeError):
+                await control.act(action)
+            await pass_time(3)
+            assert stopping.done() == is_over
         control.leave()
 
 
