@@ -1,6 +1,7 @@
 """Real cars in the room: one pupil drives each, and the teacher stops all."""
 
 import asyncio
+from collections import Counter
 from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 
@@ -42,7 +43,7 @@ class Control:
 
 class Cars(Fleet):
     def __init__(self, *names):
-        self.names, self.asked = names, []
+        self.names, self.asked, self.stops = names, [], Counter()
 
     async def listed(self):
         return [ListedCar(name, None, False) for name in self.names]
@@ -147,6 +148,25 @@ async def test_a_stop_is_lifted_once_the_new_connection_to_the_car_is_there(monk
     monkeypatch.setattr(Control, "act", connecting)
     assert await EmergencyStop(cars).release() == []
     assert cars.asked == [("red", "clear"), ("red", "leave")]
+
+
+@mock_clock
+async def test_a_release_that_waits_for_a_car_lifts_no_later_stop_of_it(monkeypatch):
+    cars, tries = Cars("red"), []
+
+    async def away(control, action):
+        tries.append(action)
+        raise DriveError("away", detail="")
+
+    monkeypatch.setattr(Control, "act", away)
+    emergency = EmergencyStop(cars)
+    releasing = asyncio.ensure_future(emergency.release())
+    await pass_time(0.5)
+    cars.stops["red"] += 1
+    tries.clear()
+    await pass_time(1.0)
+    assert len(tries) <= 1
+    await releasing
 
 
 def test_the_emergency_stop_holds_all_cars(tmp_path):

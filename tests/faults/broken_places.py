@@ -245,6 +245,7 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
         ("no-rate", "            self.rates.count(visitor, self.settings.clock())", "            pass"),
         ("any-page-any-world", "        return visitor == owner\n", "        return True\n"),
         ("cable-of-another", "                self.room.check_cable(visitor)", "                pass"),
+        ("an-old-release-lifts-a-stop", "while self._cars.stops[car] == stops:", "while True:", 84),
         ("cookies-without-https", 'secure = connection.scope["scheme"] in ("https", "wss")', "secure = False"),
         ("all-wait-for-one", "setdefault((visitor, request == CHECK)", 'setdefault(("", request == CHECK)'),
     ),

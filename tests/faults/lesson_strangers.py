@@ -147,6 +147,8 @@ async def fetch_files(run: "Lesson") -> None:
         outcome, _ = await run.draw(outsiders).fetch(method, path)
         run.world.keep("strangers-stay-out", outcome == "class-session-needed", f"{path} ends in {outcome}")
     for outsider in outsiders:
+        outcome, _ = await outsider.fetch("GET", "/api/teacher/work.zip")
+        run.world.keep("teacher-only", outcome == "teacher-session-needed", f"all work is answered: {outcome}")
         await outsider.fetch("GET", "/")
         told = outsider.status, outsider.head.get("location")
         run.world.keep("strangers-stay-out", told == (303, "/join"), f"a stranger opens the page: {told}")

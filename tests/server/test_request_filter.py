@@ -1,15 +1,24 @@
 """Which requests are served: host names, origins, tokens, sizes and rates."""
 
+import asyncio
 import json
+from contextlib import closing
+from http.client import HTTPConnection, IncompleteRead
 
 import pytest
+from starlette.applications import Starlette
+from starlette.responses import StreamingResponse
+from starlette.routing import Route
 from starlette.testclient import TestClient, WebSocketDenialResponse
 
 from motorcade.errors import MotorcadeError
 from motorcade.locales import languages
+from motorcade.server.request_filter import RequestFilter, ServerSettings
 from motorcade.server.studio.app import make_app
 from motorcade.server.studio.sessions import Settings
 from motorcade.service import programs
+from support.served_app import served
+from support.waiting import DEADLINE_S
 
 HERE = "http://127.0.0.1:7700"
 TOKEN = "a-token-that-nobody-guesses"
@@ -231,3 +240,26 @@ def test_a_page_that_is_not_built_is_replaced_by_instructions(visit):
     answer = visit().get("/")
     assert answer.status_code == 503
     assert "make page" in answer.text
+
+
+def test_a_stream_of_somebody_who_is_out_ends_and_nothing_is_logged(capfd):
+    known = ["mia"]
+
+    async def pictures():
+        while True:
+            yield b"picture"
+            await asyncio.sleep(0.01)
+
+    def make():
+        app = Starlette(routes=[Route("/camera", lambda request: StreamingResponse(pictures()))])
+        return RequestFilter(app, ServerSettings(), lambda connection, holder: None, lambda _: (known[0], False))
+
+    with served(make) as address, closing(HTTPConnection(*address, timeout=DEADLINE_S)) as connection:
+        connection.request("GET", "/camera")
+        answer = connection.getresponse()
+        assert answer.read(7) == b"picture"
+        known[0] = ""
+        with pytest.raises((IncompleteRead, ConnectionError)):
+            answer.read()
+        answer.close()
+    assert capfd.readouterr().err == ""

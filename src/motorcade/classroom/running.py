@@ -25,7 +25,7 @@ from motorcade.classroom.shared_mat import SharedMat
 from motorcade.drive.connection import CarRefusesError
 from motorcade.errors import DriveError, MotorcadeError
 from motorcade.missions.document import OWN
-from motorcade.server.fleet import Fleet
+from motorcade.server.fleet import RemoteCars
 from motorcade.server.studio.sessions import IMPORT, REQUEST_S, SessionLimits, Settings, Visitors
 from motorcade.server.studio.uploads import VirtualCarImage, has_cable, listed_ports
 from motorcade.server.studio.workers import CHECK
@@ -351,7 +351,7 @@ def _forget(record: ClassRecord, owner: str) -> None:
 class EmergencyStop:
     """The teacher's emergency stop of all real cars."""
 
-    def __init__(self, cars: Fleet) -> None:
+    def __init__(self, cars: RemoteCars) -> None:
         self._cars = cars
         self._pending: list[asyncio.Task[None]] = []
 
@@ -364,9 +364,11 @@ class EmergencyStop:
         return await self._at_all(self._clear)
 
     async def _clear(self, car: str) -> None:
+        """Lift a car's stop as soon as it can be reached, unless somebody stops it until then."""
+        stops = self._cars.stops[car]
         control = await self._cars.connect(car, TEACHER)
         try:
-            while True:
+            while self._cars.stops[car] == stops:
                 try:
                     return await control.act("clear")
                 except CarRefusesError:

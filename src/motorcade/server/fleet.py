@@ -7,6 +7,7 @@ The connection to a car of this process is a `motorcade.drive.session.ControlSes
 import asyncio
 import re
 import ssl
+from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import Any, Literal, NamedTuple
 
@@ -233,6 +234,7 @@ class RemoteControl:
         return self.client
 
     async def _stop(self) -> None:
+        self._cars.stops[self._car.name] += 1
         if self._stop_pending:
             return
         self._stop_pending = True
@@ -302,6 +304,9 @@ class RemoteCars(Fleet):
         cars: no two of one name.
         keys: the TLS context of a driver's keys (`motorcade.drive.keys.client_context`), where the cars need keys.
         trust: the certificates that HTTPS cameras may have; None for those that this computer trusts.
+
+    Attributes:
+        stops: how often each car was to be stopped.
     """
 
     def __init__(
@@ -314,6 +319,7 @@ class RemoteCars(Fleet):
         # A task that nothing refers to may be collected before it ends.
         self._ending: set[asyncio.Task[None]] = set()
         self._cameras: dict[str, Camera] = {}
+        self.stops: Counter[str] = Counter()
 
     async def listed(self) -> list[ListedCar]:
         return [ListedCar(car.name, None, car.camera is not None, car.name) for car in self._cars.values()]
@@ -343,6 +349,7 @@ class RemoteCars(Fleet):
     async def stop(self, car: str, page: str) -> None:
         """Emergency stop, by a page that is not connected to the car; where nine are, by one of their clients."""
         self._car(car)
+        self.stops[car] += 1
         if reached := [client for client in self._clients(car) if client.connected]:
             await reached[0].stop()
         else:
