@@ -37,6 +37,8 @@ COUNT_MEASUREMENTS = """() => {
         return getComputedStyle(element, ...more)
     }
 }"""
+# Blockly tells of new blocks behind the next picture, and draws them again in the one after that.
+DRAWN_AGAIN = "() => new Promise(done => requestAnimationFrame(() => setTimeout(() => requestAnimationFrame(done))))"
 SIZES = """() => [...document.querySelectorAll('.blocklyDraggable')]
     .map(block => [block.textContent, block.querySelector(':scope > .blocklyPath').getBBox().width,
         [...block.querySelectorAll('text')].map(text => parseFloat(getComputedStyle(text).fontSize))])"""
@@ -148,9 +150,14 @@ def test_a_long_text_is_pasted_without_measuring_each_block(show) -> None:
     text.focus()
     studio.page.keyboard.press("ControlOrMeta+a")
     studio.page.evaluate(COUNT_MEASUREMENTS)
+    # As a slow tablet, where pictures are far apart.
+    processor = studio.context.new_cdp_session(studio.page)
+    processor.send("Emulation.setCPUThrottlingRate", {"rate": 5})
     steps = ", ".join(["forward(3)", "left(1)"] * 40)
     text.evaluate(PASTE, f"program = Program([{steps}], Followers([{steps}]))")
     for editor in ("leader", "followers"):
         blocks = studio.page.locator(f"#{editor}-blocks .blocklyBlockCanvas .blocklyBlock")
         expect(blocks).to_have_count(81)
+    studio.page.evaluate(DRAWN_AGAIN)
     assert 0 < studio.page.evaluate("measured") <= 40
+    processor.detach()

@@ -204,8 +204,8 @@ export function disposeWorkspace(editor: EditorName): void {
   live.delete(editor);
 }
 
-/** Blockly tells of new blocks so much later at most. */
-const EVENTS_MS = 200;
+/** Resolves when Blockly has told of new blocks, which it does behind the next picture. */
+const told = () => new Promise<void>((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
 
 /** Make many blocks and draw them: each text is measured once, and the workspace when all blocks are there. */
 export function drawAtOnce(workspace: Blockly.WorkspaceSvg, make: () => void): void {
@@ -217,7 +217,8 @@ export function drawAtOnce(workspace: Blockly.WorkspaceSvg, make: () => void): v
   Blockly.renderManagement.triggerQueuedRenders(workspace);
   workspace.setResizesEnabled(true);
   // Blocks above and beside the new ones are drawn again in the next picture, and all once more when their events have come.
-  void Blockly.renderManagement.finishQueuedRenders().then(() => setTimeout(Blockly.utils.dom.stopTextWidthCache, EVENTS_MS));
+  const { finishQueuedRenders } = Blockly.renderManagement;
+  void finishQueuedRenders().then(told).then(finishQueuedRenders).then(Blockly.utils.dom.stopTextWidthCache);
 }
 
 /** Fill the editor; a state without the first block gets one. */
