@@ -64,7 +64,7 @@ _TURNED = {
     ast.GtE: _COMPARISONS[ast.LtE],
 }
 _SENSES = {"heard": "voice", "dark": "floor"}
-_LOOPS = (ast.ListComp, ast.GeneratorExp, ast.SetComp, ast.DictComp)
+_COMPREHENSIONS = (ast.ListComp, ast.GeneratorExp, ast.SetComp, ast.DictComp)
 
 
 @dataclass(slots=True)
@@ -295,7 +295,7 @@ class CallReader:
 
     def _refuse_value(self, code: str, value: ast.expr, edits: Iterable[Fix]) -> None:
         """Refuse what is no list or no step; of a loop, say so."""
-        if isinstance(value, _LOOPS):
+        if isinstance(value, _COMPREHENSIONS):
             code = "python-loop"
         self._refuse(code, value, edits)
 

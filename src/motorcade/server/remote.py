@@ -229,6 +229,7 @@ class PageSession:
 
     async def _send_telemetry(self) -> None:
         """Send the telemetry of the page's cars, ten times a second; give back those that it may drive no more."""
+        known = messages.CarTelemetry.__struct_fields__
         while True:
             for name in [name for name in self._steered if not self._fleet.may_drive(name)]:
                 self._steered.discard(name)
@@ -236,7 +237,6 @@ class PageSession:
                     self._request(self._give_back(self._controls[name]))
             shown = {}
             for name, control in self._controls.items():
-                known = messages.CarTelemetry.__struct_fields__
                 told = {field: value for field, value in control.telemetry().items() if field in known}
                 shown[name] = messages.CarTelemetry(**told, paused=self._fleet.of(name).is_paused(name))
                 self._record_driving(name, bool(shown[name].you["drives"]))
