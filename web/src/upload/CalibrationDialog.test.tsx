@@ -1,4 +1,4 @@
-import { cleanup, render, screen } from "@testing-library/react";
+import { cleanup, render, screen, waitFor } from "@testing-library/react";
 import userEvent from "@testing-library/user-event";
 import { afterEach, beforeAll, expect, it } from "vitest";
 import texts from "virtual:texts/studio";
@@ -43,13 +43,17 @@ it("sends each move, asks what a ruler shows, and lets the cars drive like the o
   useStudio.setState({ profiles: [profile as never], capabilities: { serial_ports: true } as never });
   render(<CalibrationDialog />);
   await screen.findByText("Move 1 of 2: slowly ahead");
+  // No move can be sent before the ports are known.
+  await user.click(await screen.findByRole("radio", { name: /Simulated car/ }));
   await user.click(screen.getByRole("button", { name: "Upload" }));
   PlayedStream.all.at(-1)!.open();
   expect(PlayedStream.all.at(-1)!.messages).toMatchObject([{ image: "AAAA" }]);
 
   await user.type(screen.getByRole("textbox", { name: "cm ahead" }), "far");
   await user.click(screen.getByRole("button", { name: "Next" }));
-  expect((await screen.findByRole("alert")).textContent).toBe("That is no way.");
+  // The alert is there before it says anything.
+  const alert = screen.getByRole("alert");
+  await waitFor(() => expect(alert.textContent).toBe("That is no way."));
   await user.clear(screen.getByRole("textbox", { name: "cm ahead" }));
   await user.type(screen.getByRole("textbox", { name: "cm ahead" }), "27.5");
   await user.type(screen.getByRole("textbox", { name: /to the left/ }), "-3");
