@@ -239,8 +239,8 @@ function lock(runtime: string, wheel: string, content: Buffer): object {
   return { info, packages: { msgspec } };
 }
 
-// Tests of what lasts as long as a page: each file needs a page of its own.
-const ALONE = ["mat/session", "projects/autosave", "projects/keeper", "pupil/store"].map((name) => `src/${name}.test.ts`);
+// Tests of what lasts as long as a page, or of no page: each file needs an environment of its own.
+const ALONE = ["mat/session", "projects/autosave", "projects/keeper", "projects/share", "pupil/store", "structure"].map((name) => `src/${name}.test.ts`);
 
 export default defineConfig({
   // Relative addresses: the site may be below any path.
@@ -270,12 +270,22 @@ export default defineConfig({
   },
   test: {
     environment: "jsdom",
-    testTimeout: 30_000,
-    hookTimeout: 60_000,
+    // Nothing is slow by itself; a busy computer may take ten times as long.
+    testTimeout: 120_000,
+    hookTimeout: 120_000,
     setupFiles: "src/test-setup.ts",
     projects: [
       // One page for many files takes a quarter of the time.
-      { extends: true, test: { name: "together", isolate: false, include: ["src/**/*.test.{ts,tsx}"], exclude: ALONE } },
+      {
+        extends: true,
+        test: {
+          name: "together",
+          isolate: false,
+          setupFiles: ["src/test-together.ts"],
+          include: ["src/**/*.test.{ts,tsx}"],
+          exclude: ALONE,
+        },
+      },
       { extends: true, test: { name: "alone", include: ALONE } },
     ],
   },

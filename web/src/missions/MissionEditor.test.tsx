@@ -3,16 +3,11 @@ import userEvent from "@testing-library/user-event";
 import { afterEach, beforeAll, beforeEach, describe, expect, it } from "vitest";
 import texts from "virtual:texts/studio";
 import { startTexts } from "../i18n";
-import { useStudio } from "../state/studio";
 import { leaveDraft, openDraft, useDraft } from "./draft";
 import { MissionEditor } from "./MissionEditor";
 
 beforeAll(() => startTexts(texts));
-beforeEach(() => {
-  // Files of tests share the page's state.
-  useStudio.setState({ mat: useStudio.getInitialState().mat });
-  openDraft();
-});
+beforeEach(() => openDraft());
 afterEach(() => {
   cleanup();
   leaveDraft();

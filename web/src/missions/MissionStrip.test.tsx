@@ -24,13 +24,7 @@ const LUCK: Luck = { is: "luck", works: 0, tried: 0, of: 200, failed: [], stars:
 const STARS = /2 of 3 stars/;
 
 beforeAll(() => startTexts(texts));
-afterEach(() => {
-  cleanup();
-  // Files of tests share the page's state.
-  useMission.setState(useMission.getInitialState());
-  useTrials.setState(useTrials.getInitialState());
-  useMat.setState(useMat.getInitialState());
-});
+afterEach(cleanup);
 
 it("tells while the cars drive how many stars the program earns on all seeds of the mission", () => {
   useMission.setState({ mission: MISSION });

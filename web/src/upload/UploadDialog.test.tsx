@@ -27,11 +27,7 @@ beforeEach(() => {
     compiled: { image: "AAAA" } as CompiledBlocks,
   });
 });
-afterEach(() => {
-  cleanup();
-  // Files of tests share the page's state.
-  useStudio.setState({ capabilities: null, compiled: null });
-});
+afterEach(cleanup);
 
 /** Press 'Upload' for a port; gives the stream to it. */
 async function upload(user: ReturnType<typeof userEvent.setup>, port: RegExp): Promise<PlayedStream> {
