@@ -61,3 +61,12 @@ def test_a_profile_that_is_not_there_is_an_error_at_its_line_of_a_text(tmp_path:
     (problem,) = caught.value.diagnostics
     assert problem.span
     assert "mine.toml" in text.splitlines()[problem.span.line - 1]
+
+
+def test_a_project_that_can_not_be_saved_whole_keeps_the_file_before(tmp_path: Path) -> None:
+    path = tmp_path / "mine.motorcade.json"
+    Program([wait(1)]).save(path)
+    before = path.read_bytes()
+    with pytest.raises(UnicodeEncodeError):
+        Program([wait(1)], beside={"name": "\ud800"}).save(path)
+    assert path.read_bytes() == before

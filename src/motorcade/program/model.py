@@ -19,6 +19,7 @@ from motorcade.config.files import (
     is_deeper,
     parse,
     place_text,
+    replace_file,
 )
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.program.conditions import NAME, alternatives, any_of, condition_document, condition_of
@@ -167,8 +168,8 @@ class Program:
         return text + "\n}\n"
 
     def save(self, path: str | Path) -> None:
-        """Write the project file. Raises OSError."""
-        Path(path).write_text(self.as_json(), encoding="utf-8")
+        """Write the project file; the file before is kept until all is written. Raises OSError."""
+        replace_file(Path(path), self.as_json().encode())
 
 
 def placed_steps(program: Program) -> Iterator[tuple[str, Step]]:
