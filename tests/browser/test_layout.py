@@ -94,6 +94,19 @@ def test_a_long_number_shows_whole_and_a_notice_covers_no_control_and_goes_with_
     expect(studio.notices).not_to_contain_text(studio.say("editors.dropped"))
 
 
+def test_the_smallest_phone_shows_each_tool_whole(open_page) -> None:
+    """320 px are also a window of 1,280 px at 400 %, as WCAG 1.4.10 asks for."""
+    studio = open_page(size=(320, 568), level="start")
+    tools = studio.page.locator("header").get_by_role("button").all()
+    assert len(tools) == 6
+    for tool in tools:
+        expect(tool).to_be_in_viewport(ratio=1)
+    studio.page.set_viewport_size({"width": 360, "height": 640})
+    studio.play()
+    expect(studio.mat_button("pause")).to_be_visible()
+    assert studio.box(studio.mat_button("pause"))["y"] == studio.box(studio.mat_button("fullScreen"))["y"]
+
+
 def test_the_program_is_back_in_its_place_after_a_block_was_dropped(open_page) -> None:
     studio = open_page(size=(1024, 768), plain=True, level="start")
     hat = studio.block("leader", "Again and again")
