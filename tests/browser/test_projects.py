@@ -134,6 +134,24 @@ def test_a_project_is_saved_to_a_file_and_a_link_and_opened(open_page, tmp_path)
     expect(again.name).to_have_value("Turn")
 
 
+def test_a_name_that_no_project_can_have_is_told_before_a_project_is_replaced(open_page) -> None:
+    studio = open_page(project=EXAMPLE)
+    studio.forgive("400 (Bad Request)")
+    studio.page.get_by_label(studio.say("project.name")).fill("a/b")
+    studio.page.get_by_role("button", name=studio.say("help.title")).click()
+    studio.page.get_by_role("button", name=studio.say("tour.again")).click()
+    studio.page.get_by_role("alertdialog").get_by_role("button", name=studio.say("project.saveAndOpen")).click()
+    expect(studio.notices).to_contain_text("Choose another name")
+    expect(studio.block("leader", "left")).to_be_visible()
+
+
+def test_what_fails_by_a_mistake_of_the_page_itself_is_told(open_page) -> None:
+    studio = open_page(project=EXAMPLE)
+    studio.forgive("a mistake of ours")
+    studio.page.evaluate("() => void Promise.reject(new Error('a mistake of ours'))")
+    expect(studio.notices).to_contain_text(studio.say("app.unexpected"))
+
+
 def test_blocks_and_words_are_exported(show) -> None:
     studio = show(EXAMPLE)
     for key, beginning in (("csv", "index,part,hex"), ("svg", "<svg"), ("png", "PNG")):
@@ -163,6 +181,10 @@ def test_work_continues_after_the_server_crashed_and_came_back(open_own_page, ow
     own_studio.kill()
     studio.pick(studio.field(studio.block("leader", "left"), "left"), "right")
     expect(studio.page.get_by_role("alert").filter(has_text="server isn't answering")).to_be_visible()
+    # Another language has to be fetched.
+    studio.page.get_by_role("button", name=studio.say("settings.title")).click()
+    studio.page.get_by_role("menuitemradio", name="中文").click()
+    expect(studio.notices).to_contain_text(studio.say("settings.noTexts"))
     own_studio.start()
     expect(studio.notices).to_contain_text("The server is back.")
     expect(studio.page.get_by_role("alert").filter(has_text="server isn't answering")).to_be_hidden()

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { textOf } from "./fileText";
+import { textOf, UnreadableFileError } from "./fileText";
 
 const TEXT = '{"name": "头车 🚗"}';
 
@@ -16,4 +16,11 @@ test.each([
   ["UTF-16, the other way round", utf16(`\ufeff${TEXT}`, false)],
 ])("a file in %s is read", async (_, bytes) => {
   expect(await textOf(new Blob([bytes]))).toBe(TEXT);
+});
+
+test("a film is refused unread, and a file on a stick that was pulled is no surprise", async () => {
+  const film = Object.defineProperty(new Blob(), "size", { value: 3 * 2 ** 30 });
+  await expect(textOf(film)).rejects.toEqual(new UnreadableFileError("tooLarge"));
+  const gone = Object.assign(new Blob(["{}"]), { arrayBuffer: () => Promise.reject(new DOMException("gone", "NotReadableError")) });
+  await expect(textOf(gone)).rejects.toEqual(new UnreadableFileError("unreadable"));
 });

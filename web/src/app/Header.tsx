@@ -1,7 +1,7 @@
 import { Button, Header as MenuTitle, Input, MenuSection, Separator, Text, TextField } from "react-aria-components";
 import { changeLanguage, languages, nameOf, useLanguage, useTexts } from "../i18n";
 import { exportCsv, exportPicture, openFile, save, saveFile, startNew } from "../projects/actions";
-import { openDialog } from "../state/dialogs";
+import { notify, openDialog } from "../state/dialogs";
 import { redo, undo, useHistory } from "../state/history";
 import { type Level, LEVELS, openDrawer, THEMES, useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
@@ -113,7 +113,7 @@ function SettingsMenu() {
       <MenuSection selectionMode="single" disallowEmptySelection selectedKeys={[language]}>
         <MenuTitle className={controls.menuTitle}>{t("settings.language")}</MenuTitle>
         {languages().map((each) => (
-          <Entry key={each} id={each} lang={each} onAction={() => void changeLanguage(each)}>
+          <Entry key={each} id={each} lang={each} onAction={() => void changeLanguage(each).catch(() => notify(t("settings.noTexts"), "warning"))}>
             <Icon name="done" />
             {nameOf(each)}
           </Entry>

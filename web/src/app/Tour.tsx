@@ -1,6 +1,7 @@
 import { useEffect, useState } from "react";
 import { useTexts } from "../i18n";
 import { useMat } from "../mat/store";
+import { attempt } from "../projects/actions";
 import { replaceBy, TOURED } from "../projects/project";
 import { IconButton, TextButton } from "../ui/controls";
 import { usePageState } from "../ui/panes";
@@ -30,8 +31,8 @@ export function Tour() {
 
 /** Begin with the tour's own page, unless there is work that its user doesn't want to lose. */
 export function begin(): void {
-  void replaceBy(TOURED).then((isOpen) => {
-    if (!isOpen) return;
+  void attempt(async () => {
+    if (!(await replaceBy(TOURED))) return;
     useStudio.setState({ editor: "followers" });
     showTour();
   });

@@ -10,6 +10,7 @@ import { languageNow, say } from "../i18n";
 import { toggleChase } from "../mat/store";
 import { request } from "../api/service";
 import { takeOwnWorld } from "../api/worldConnection";
+import { reload } from "../ui/panes";
 import { openSharedLink, save } from "../projects/actions";
 import { attemptInClass, findPupilsWork, lookAt, looking, startPupil } from "../pupil/store";
 import { autosave } from "../projects/autosave";
@@ -83,6 +84,8 @@ export function start(): void {
   compileEveryChange();
   listenForKeys();
   watchMissions();
+  // Nothing that a user does fails without a word, not even by a mistake of ours.
+  window.addEventListener("unhandledrejection", () => notify(say("app.unexpected"), "error", { label: say("app.reload"), run: reload }));
   useStudio.subscribe((now, before) => {
     if (now.service !== "ready") return;
     if (before.service === "gone") notify(say("server.back"), "success");

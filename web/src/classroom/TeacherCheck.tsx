@@ -67,7 +67,10 @@ export function Report({ missions }: { missions: ClassProgress["missions"] }) {
   };
   const checkOwn = async () => {
     const file = await chooseFile(".json,.toml,application/json");
-    if (file) await checkAll(file.name.split(".")[0]!, { text: await textOf(file) });
+    if (!file) return;
+    const text = await textOf(file).catch(() => null);
+    if (text === null) setRefused(t("checkUnread", { names: file.name }));
+    else await checkAll(file.name.split(".")[0]!, { text });
   };
   const checkFiles = async (found: readonly Found[]) => {
     const why = refusal(found);

@@ -6,6 +6,7 @@ import { hatOf } from "../blocks/definitions";
 import { workspaceOf } from "../blocks/workspaces";
 import type { RemedyChanges, RemedyOrder, Why } from "../generated/messages";
 import { say } from "../i18n";
+import { attempt } from "../projects/actions";
 import { notify } from "../state/dialogs";
 import { endEdit } from "../state/history";
 import { useStudio } from "../state/studio";
@@ -32,9 +33,9 @@ export async function carryOut(car: number, why: Why): Promise<void> {
   if (!remedy) return;
   collectEdits();
   const { mat, followers, rangeMm, profile } = useStudio.getState();
-  const answer = await request("remedy", { remedy, value: why.value, car, mat, followers, profile, range_mm: rangeMm });
-  // The mat was changed meanwhile, by hand.
-  if (useStudio.getState().mat !== mat) return;
+  const answer = await attempt(() => request("remedy", { remedy, value: why.value, car, mat, followers, profile, range_mm: rangeMm }));
+  // Refused, or the mat was changed meanwhile, by hand.
+  if (!answer || useStudio.getState().mat !== mat) return;
   apply(answer);
   // The cars behind the one that was taken away have other numbers now.
   if (remedy === "remove-car" && why.value < car) choose({ car: car - 1 });

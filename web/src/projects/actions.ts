@@ -1,6 +1,6 @@
 /** What the menus do with the open project: open, save, share and export. */
 
-import { textOf } from "../api/fileText";
+import { textOf, UnreadableFileError } from "../api/fileText";
 import { RefusedError, UnreachableError, request } from "../api/service";
 import { pictureOf, pngOf } from "../blocks/picture";
 import { liveWorkspaces } from "../blocks/workspaces";
@@ -18,13 +18,14 @@ const PROJECT_ENDING = ".motorcade.json";
 
 const tellItIsNeeded = () => notify(say("server.needed"), "warning", undefined, ({ service }) => service !== "ready");
 
-/** Run a task; show the user a notice, and answer undefined, where the server refuses it or is gone. */
+/** Run a task; show the user a notice, and answer undefined, where the server refuses it or is gone, or a file can't be read. */
 export async function attempt<Answer>(task: () => Promise<Answer>, tellGone = tellItIsNeeded): Promise<Answer | undefined> {
   try {
     return await task();
   } catch (error) {
     if (error instanceof RefusedError) notify(inLanguage(error.sentence), "error");
     else if (error instanceof UnreachableError) tellGone();
+    else if (error instanceof UnreadableFileError) notify(say(`project.${error.reason}`, error.values), "error");
     else throw error;
     return undefined;
   }

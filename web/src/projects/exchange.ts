@@ -7,9 +7,6 @@ import { notify } from "../state/dialogs";
 import { chooseFile, download } from "../ui/files";
 import { attempt } from "./actions";
 
-/** The service takes no larger file. */
-const MOST_MB = 32;
-
 /** Download all projects with all versions and the stars as one file. */
 export function exportAll(): Promise<void> {
   return attempt(async () => {
@@ -27,10 +24,6 @@ export function importAll(): Promise<void> {
   return attempt(async () => {
     const file = await chooseFile(".json,application/json");
     if (!file) return;
-    if (file.size > MOST_MB << 20) {
-      notify(say("library.tooLarge", { most: MOST_MB }), "error");
-      return;
-    }
     const { projects, stars, left_out } = await request("projects/import", { text: await textOf(file) });
     const count = projects.reduce((sum, { versions }) => sum + versions, 0);
     const sentences = [say(count ? "library.imported" : "library.importedNothing", { count })];

@@ -1,6 +1,6 @@
 /** The frame, the fields and the buttons of small pages: a class's, the wall's, the remote's. They are the browser's own. */
 
-import { type ComponentProps, lazy, type ReactNode, Suspense, type SyntheticEvent, useEffect, useId } from "react";
+import { type ComponentProps, lazy, type ReactNode, Suspense, type SyntheticEvent, useEffect, useId, useState } from "react";
 import { changeLanguage, languages, nameOf, useLanguage, useTexts } from "../i18n";
 import { useQuestion } from "../state/questions";
 import { THEMES, type ThemeName, useSettings } from "../state/settings";
@@ -51,13 +51,15 @@ function SettingsSheet({ children }: { children: ReactNode }) {
   const t = useTexts("settings");
   const language = useLanguage();
   const theme = useSettings((settings) => settings.theme);
+  const [problem, setProblem] = useState("");
+  const choose = (chosen: string) => void changeLanguage(chosen).then(() => setProblem(""), () => setProblem(t("noTexts")));
   return (
     <details className={classes("anchor", css.settings)}>
       <summary aria-label={t("title")}>
         <Icon name="settings" />
       </summary>
       <div className={css.sheet}>
-        <Choice label={t("language")} value={language} onChange={(chosen) => void changeLanguage(chosen)}>
+        <Choice label={t("language")} value={language} onChange={choose}>
           {languages().map((other) => (
             <option key={other} value={other} lang={other}>
               {nameOf(other)}
@@ -71,6 +73,7 @@ function SettingsSheet({ children }: { children: ReactNode }) {
             </option>
           ))}
         </Choice>
+        <Problem text={problem} />
         {children}
       </div>
     </details>
