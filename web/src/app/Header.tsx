@@ -24,9 +24,13 @@ function Logo() {
   );
 }
 
+type FileText =
+  | `menu.${"new" | "open" | "examples" | "library" | "save" | "saveFile" | "share" | "upload" | "calibrate"}`
+  | `export.${"csv" | "svg" | "png" | "print"}`;
+
 function FileMenu() {
   const t = useTexts();
-  const item = (text: "menu.new" | "menu.open" | "menu.examples" | "menu.library" | "menu.save" | "menu.saveFile" | "menu.share" | "menu.upload" | "menu.calibrate" | `export.${"csv" | "svg" | "png" | "print"}`, run: () => void) => (
+  const item = (text: FileText, run: () => void) => (
     <Entry id={text} onAction={run}>
       {t(text)}
     </Entry>

@@ -25,7 +25,11 @@ function Part({ title, children }: { title: string; children: ReactNode }) {
 function Notes({ notes }: { notes: MissionNotes }) {
   const t = useTexts();
   const { minutes, aim, say, further } = notes;
-  const place = t("missions.notes.place", { path: t(`missions.paths.${notes.path as "swarm"}`), number: notes.order, level: t(`level.${notes.level as "start"}`) });
+  const place = t("missions.notes.place", {
+    path: t(`missions.paths.${notes.path as "swarm"}`),
+    number: notes.order,
+    level: t(`level.${notes.level as "start"}`),
+  });
   return (
     <article className={css.notes}>
       <div className={css.notesPicture}>

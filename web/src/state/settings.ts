@@ -95,7 +95,8 @@ function stored(): Partial<Settings> {
   } catch {
     return {};
   }
-  const good = Object.entries(isObject(found) ? found : {}).filter(([name, value]) => Object.hasOwn(SETTINGS, name) && SETTINGS[name as keyof Settings][1](value));
+  const isGood = (name: string, value: unknown) => Object.hasOwn(SETTINGS, name) && SETTINGS[name as keyof Settings][1](value);
+  const good = Object.entries(isObject(found) ? found : {}).filter(([name, value]) => isGood(name, value));
   return Object.fromEntries(good);
 }
 
