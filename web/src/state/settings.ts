@@ -47,7 +47,8 @@ type Check = (value: unknown) => boolean;
 const isOneOf = (...allowed: readonly unknown[]): Check => (value) => allowed.includes(value);
 const isSwitch = isOneOf(true, false);
 const isTextOrNull: Check = (value) => value === null || typeof value === "string";
-const isObject = (value: unknown): value is Record<string, unknown> => typeof value === "object" && value !== null;
+export const isObject = (value: unknown): value is Record<string, unknown> =>
+  typeof value === "object" && value !== null && !Array.isArray(value);
 const isObjectOrNull: Check = (value) => value === null || isObject(value);
 const isDrawer: Check = (value) => isObject(value) && isOneOf(...DRAWER_TABS)(value.tab) && isSwitch(value.open);
 const isShare = (value: unknown) => typeof value === "number" && value > 0 && value < 1;
