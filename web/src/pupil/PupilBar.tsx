@@ -28,7 +28,6 @@ function Hand({ raised }: { raised: boolean }) {
   );
 }
 
-/** Choose one of the class. */
 interface ClassmatesProps {
   title: string;
   about: string;
@@ -37,6 +36,7 @@ interface ClassmatesProps {
   onClose: () => void;
 }
 
+/** Choose one of the class. */
 function Classmates({ title, about, canChoose = true, onChoose, onClose }: ClassmatesProps) {
   const [classmates, setClassmates] = useState<Classmate[]>([]);
   useEffect(() => void attemptInClass(async () => setClassmates(await askClass("classmates"))), []);
