@@ -163,7 +163,7 @@ function wordText({ runs, index }: CarDetails): string {
 function Counter({ title, count }: { title: string; count: number }) {
   return (
     <div>
-      <dt>{title}</dt>
+      <dt className="quiet small">{title}</dt>
       <dd>{count}</dd>
     </div>
   );

@@ -46,7 +46,7 @@ function Notes({ notes }: { notes: MissionNotes }) {
         <ol>
           {notes.goals.map(({ star, text }, k) => (
             <li key={k}>
-              {inLanguage(text)} <span className={css.star}>{"★".repeat(star)}</span>
+              {inLanguage(text)} <span className="quiet">{"★".repeat(star)}</span>
             </li>
           ))}
         </ol>

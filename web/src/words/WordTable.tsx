@@ -205,7 +205,7 @@ export function WordTable({ words, profile }: { words: readonly CompiledWord[]; 
 
   return (
     <>
-      <div className={css.scroller} ref={scroller}>
+      <div className={classes("printed-whole", css.scroller)} ref={scroller}>
         <div className={css.tableHead} aria-hidden="true">
           {spansOf(FORMATS.control).map(({ group, fields }, index) => (
             <span
