@@ -146,7 +146,7 @@ function Saved() {
   const unsaved = useStudio((studio) => studio.unsaved);
   const stored = useStudio((studio) => studio.stored);
   return (
-    <span className={css.saved} role="status" data-unsaved={unsaved || undefined}>
+    <span className={css.saved} role="status" data-tone={unsaved ? "warning" : "success"}>
       {stored && !unsaved && <Icon name="done" />}
       {(stored || unsaved) && <span>{t(unsaved ? "project.unsaved" : "project.saved")}</span>}
     </span>
@@ -184,7 +184,7 @@ export function Header() {
         <Input maxLength={80} placeholder={t("project.unnamed")} />
       </TextField>
       <Saved />
-      <div className={classes("unprinted", css.headerTools)}>
+      <div className="unprinted row flush end">
         <History />
         <TextButton quiet onPress={() => openDialog("missions")}>
           <Icon name="star" />
