@@ -25,6 +25,10 @@ MISSION: dict[str, Any] = {
         {"kind": "heard", "who": "followers", "share": 0.9},
         {"kind": "in-zone", "zone": "hall", "at": "always"},
         {"kind": "lit", "who": "followers", "led": 2},
+        # `edits` needs the meter below the goals. It stands there however the runs end where a goal asks for luck, and
+        # once a run has ended without all stars: the program has 2 words, so that the last star is never earned.
+        {"star": 2, "kind": "works", "share": 0.9},
+        {"star": 3, "kind": "words-at-most", "count": 1},
     ],
     "start": {
         "leader": [{"wait": {"seconds": 2}}],

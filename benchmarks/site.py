@@ -7,6 +7,7 @@ import gzip
 import sys
 import tempfile
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from statistics import median
 
@@ -15,7 +16,7 @@ from edits import edit_rows, luck_edit_rows
 from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
 from rich.console import Console
 from rich.table import Table
-from studio_page import DRAWN, FULL, INTERACTIVE, crowd
+from studio_page import DRAWN, FULL, INTERACTIVE, crowd, rows_or_reason
 from swarm import result
 
 from motorcade.browser.site import site_files, write_site
@@ -87,16 +88,15 @@ def start_rows(browser: Browser, url: str) -> Rows:
     times: dict[tuple[str, str], list[float]] = {}
     conditions = {"the editor is usable": EDITOR, "cars drive": DRIVEN, "Python is ready": PYTHON}
     for _ in range(VISITS):
-        context = visitor(browser, is_new=True)
-        for visit in ("first", "second"):
-            page = context.new_page()
-            page.goto(url)
-            for what, condition in conditions.items():
-                times.setdefault((visit, what), []).append(seconds(page, condition))
-            # The snapshot, and the files for use without a network, are stored after the start.
-            page.wait_for_timeout(3000)
-            page.close()
-        context.close()
+        with visitor(browser, is_new=True) as context:
+            for visit in ("first", "second"):
+                page = context.new_page()
+                page.goto(url)
+                for what, condition in conditions.items():
+                    times.setdefault((visit, what), []).append(seconds(page, condition))
+                # The snapshot, and the files for use without a network, are stored after the start.
+                page.wait_for_timeout(3000)
+                page.close()
     goals = {
         ("first", "cars drive"): DRIVE_GOAL_S,
         ("second", "cars drive"): DRIVE_GOAL_S,
@@ -110,47 +110,47 @@ def start_rows(browser: Browser, url: str) -> Rows:
 
 
 def words_rows(browser: Browser, url: str) -> Rows:
-    context = visitor(browser)
-    page = context.new_page()
-    page.goto(project_link(url, FULL))
-    seconds(page, INTERACTIVE)
-    yield from edit_rows(page, WORDS_GOAL_MS)
-    context.close()
+    with visitor(browser) as context:
+        page = context.new_page()
+        page.goto(project_link(url, FULL))
+        seconds(page, INTERACTIVE)
+        yield from edit_rows(page, WORDS_GOAL_MS)
 
 
 def picture_rows(browser: Browser, url: str) -> Rows:
-    context = visitor(browser)
-    page = context.new_page()
-    page.goto(project_link(url, crowd(FOLLOWERS + 1)))
-    seconds(page, INTERACTIVE)
-    page.get_by_role("button", name="Play", exact=True).click()
-    page.locator(".motorcade-running").first.wait_for(timeout=120_000)
-    clock = page.get_by_role("status", name="Time")
-    before, shown = _minutes(clock.inner_text()), page.evaluate("shown")
-    page.evaluate(DRAWN, 1000 * TIMED_S)
-    pictures = (page.evaluate("shown") - shown) / TIMED_S
-    rate = (_minutes(clock.inner_text()) - before) / TIMED_S
-    context.close()
+    with visitor(browser) as context:
+        page = context.new_page()
+        page.goto(project_link(url, crowd(FOLLOWERS + 1)))
+        seconds(page, INTERACTIVE)
+        page.get_by_role("button", name="Play", exact=True).click()
+        page.locator(".motorcade-running").first.wait_for(timeout=120_000)
+        clock = page.get_by_role("status", name="Time")
+        before, shown = _minutes(clock.inner_text()), page.evaluate("shown")
+        page.evaluate(DRAWN, 1000 * TIMED_S)
+        pictures = (page.evaluate("shown") - shown) / TIMED_S
+        rate = (_minutes(clock.inner_text()) - before) / TIMED_S
     name = f"{FOLLOWERS:,} followers"
     yield f"{name}: pictures a second", f"{pictures:.0f}", f"≥ {PICTURES_GOAL}", result(pictures, PICTURES_GOAL)
     yield f"{name}: simulated seconds in a real one", f"{rate:.2f}", f"≥ {RATE_GOAL}", result(rate, RATE_GOAL)
 
 
 def certainty_rows(browser: Browser, url: str) -> Rows:
-    context = visitor(browser)
-    page = context.new_page()
-    page.goto(url)
-    seconds(page, INTERACTIVE)
-    seconds(page, PYTHON)
-    yield from luck_rows(page, LUCK_GOAL_S, lambda: int(page.evaluate("shown")))
-    yield from luck_edit_rows(page, LUCK_WORDS_GOAL_MS)
-    page.close()
-    page = context.new_page()
-    page.goto(project_link(url, crowd(FOLLOWERS)))
-    seconds(page, INTERACTIVE)
-    seconds(page, PYTHON)
-    yield from difference_rows(page)
-    context.close()
+    with visitor(browser) as context:
+        page = context.new_page()
+        page.goto(url)
+        seconds(page, INTERACTIVE)
+        seconds(page, PYTHON)
+        yield from luck_rows(page, LUCK_GOAL_S, lambda: int(page.evaluate("shown")))
+        yield from luck_edit_rows(page, LUCK_WORDS_GOAL_MS)
+
+
+def comparison_rows(browser: Browser, url: str) -> Rows:
+    with visitor(browser) as context:
+        page = context.new_page()
+        page.goto(project_link(url, crowd(FOLLOWERS)))
+        seconds(page, INTERACTIVE)
+        seconds(page, PYTHON)
+        yield from difference_rows(page)
 
 
 def _minutes(text: str) -> float:
@@ -170,11 +170,9 @@ def main() -> None:
         write_site(Path(folder) / "site", files)
         browser = playwright.chromium.launch(executable_path=path, args=["--disable-gpu"])
         with serving(Path(folder) / "site") as server:
-            for rows in (
-                size_rows(files),
-                *(each(browser, server.url) for each in (start_rows, words_rows, picture_rows, certainty_rows)),
-            ):
-                for row in rows:
+            visits = (start_rows, words_rows, picture_rows, certainty_rows, comparison_rows)
+            for part in (partial(size_rows, files), *(partial(visit, browser, server.url) for visit in visits)):
+                for row in rows_or_reason(part):
                     table.add_row(*row)
         browser.close()
     Console().print(table)

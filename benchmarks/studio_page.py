@@ -10,15 +10,18 @@ processor, so it shows fewer pictures than a screen does.
 import argparse
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import Any
 
 from certainty import difference_rows, luck_rows
 from edits import edit_rows, luck_edit_rows
-from playwright.sync_api import Browser, CDPSession, sync_playwright
+from playwright.sync_api import Browser, CDPSession, Error, sync_playwright
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 from swarm import result
 
@@ -97,39 +100,51 @@ class Visit:
     def _count(self, message: str | bytes) -> None:
         self.shown += "shown" in str(message)
 
-    def close(self) -> None:
-        self.page.context.close()
+
+@contextmanager
+def visiting(browser: Browser, url: str) -> Iterator[Visit]:
+    visit = Visit(browser, url)
+    try:
+        yield visit
+    finally:
+        visit.page.context.close()
+
+
+def rows_or_reason(part: Callable[[], Rows]) -> Rows:
+    """The rows of a part; where it can't be measured, a row that says why, so that the other parts go on."""
+    try:
+        yield from part()
+    except (Error, AssertionError) as problem:
+        reason = " ".join(str(problem).split()) or type(problem).__name__
+        yield f"The rest of this part wasn't measured. {escape(reason)}", "", "", "[red]missed[/]"
 
 
 def load_rows(browser: Browser, studio: StudioProcess) -> Rows:
     times = []
     for _ in range(VISITS):
-        visit = Visit(browser, studio.url)
-        visit.page.wait_for_load_state("networkidle")
-        kilobytes = visit.page.evaluate(BYTES) / 1000
-        times.append(visit.interactive_ms)
-        visit.close()
+        with visiting(browser, studio.url) as visit:
+            visit.page.wait_for_load_state("networkidle")
+            kilobytes = visit.page.evaluate(BYTES) / 1000
+            times.append(visit.interactive_ms)
     yield "first load, compressed", f"{kilobytes:.0f} KB", f"≤ {KB_GOAL} KB", result(kilobytes, KB_GOAL, least=False)
     yield f"time to interactive, {VISITS} visits", f"{median(times):.0f} ms ({min(times):.0f}–{max(times):.0f})", "", ""
 
 
 def words_rows(browser: Browser, studio: StudioProcess) -> Rows:
-    visit = Visit(browser, project_link(studio.url, FULL))
-    yield from edit_rows(visit.page, WORDS_GOAL_MS)
-    visit.close()
+    with visiting(browser, project_link(studio.url, FULL)) as visit:
+        yield from edit_rows(visit.page, WORDS_GOAL_MS)
 
 
 def picture_rows(browser: Browser, studio: StudioProcess) -> Rows:
     for cars, goal in CROWDS.items():
-        visit = Visit(browser, project_link(studio.url, crowd(cars)))
-        visit.page.get_by_role("button", name="Play", exact=True).click()
-        visit.page.locator(".motorcade-running").first.wait_for()
-        tools = visit.page.context.new_cdp_session(visit.page)
-        tools.send("Performance.enable")
-        before = _so_far(visit, tools)
-        drawn = visit.page.evaluate(DRAWN, 1000 * TIMED_S) / TIMED_S
-        pictures, busy_s = (now - then for now, then in zip(_so_far(visit, tools), before, strict=True))
-        visit.close()
+        with visiting(browser, project_link(studio.url, crowd(cars))) as visit:
+            visit.page.get_by_role("button", name="Play", exact=True).click()
+            visit.page.locator(".motorcade-running").first.wait_for()
+            tools = visit.page.context.new_cdp_session(visit.page)
+            tools.send("Performance.enable")
+            before = _so_far(visit, tools)
+            drawn = visit.page.evaluate(DRAWN, 1000 * TIMED_S) / TIMED_S
+            pictures, busy_s = (now - then for now, then in zip(_so_far(visit, tools), before, strict=True))
         each_ms = 1000 * busy_s / max(1, pictures)
         name = f"pictures a second of {cars:,} cars, without a GPU"
         yield name, f"{drawn:.0f} (moments of the world: {pictures / TIMED_S:.0f})", f"≥ {goal}", result(drawn, goal)
@@ -147,35 +162,34 @@ def _so_far(visit: Visit, tools: CDPSession) -> tuple[int, float]:
 
 
 def certainty_rows(browser: Browser, studio: StudioProcess) -> Rows:
-    visit = Visit(browser, studio.url)
-    yield from luck_rows(visit.page, LUCK_GOAL_S, lambda: visit.shown)
-    yield from luck_edit_rows(visit.page, LUCK_WORDS_GOAL_MS)
-    visit.close()
-    visit = Visit(browser, project_link(studio.url, crowd(1_000)))
-    yield from difference_rows(visit.page)
-    visit.close()
+    with visiting(browser, studio.url) as visit:
+        yield from luck_rows(visit.page, LUCK_GOAL_S, lambda: visit.shown)
+        yield from luck_edit_rows(visit.page, LUCK_WORDS_GOAL_MS)
+
+
+def comparison_rows(browser: Browser, studio: StudioProcess) -> Rows:
+    with visiting(browser, project_link(studio.url, crowd(1_000))) as visit:
+        yield from difference_rows(visit.page)
 
 
 def size_rows(browser: Browser, studio: StudioProcess) -> Rows:
-    visit = Visit(browser, studio.url)
-    for (width, height), goal in SIZES.items():
-        visit.page.set_viewport_size({"width": width, "height": height})
-        share = visit.page.evaluate(STAGE_SHARE)
-        yield f"the stage's part of {width} x {height}", f"{share:.0f} %", f"≥ {goal} %", result(share, goal)
-    visit.close()
+    with visiting(browser, studio.url) as visit:
+        for (width, height), goal in SIZES.items():
+            visit.page.set_viewport_size({"width": width, "height": height})
+            share = visit.page.evaluate(STAGE_SHARE)
+            yield f"the stage's part of {width} x {height}", f"{share:.0f} %", f"≥ {goal} %", result(share, goal)
 
 
-def heap_rows(browser: Browser, studio: StudioProcess, minutes: float = 1) -> Rows:
-    visit = Visit(browser, project_link(studio.url, crowd(100)))
-    visit.page.get_by_role("button", name="Play", exact=True).click()
-    tools = visit.page.context.new_cdp_session(visit.page)
+def heap_rows(browser: Browser, studio: StudioProcess, minutes: float) -> Rows:
     sizes = []
-    # The first half minute, in which the page fills its caches, doesn't count.
-    for wait_s in (30, 60 * minutes):
-        visit.page.wait_for_timeout(1000 * wait_s)
-        tools.send("HeapProfiler.collectGarbage")
-        sizes.append(tools.send("Runtime.getHeapUsage")["usedSize"] / 1e6)
-    visit.close()
+    with visiting(browser, project_link(studio.url, crowd(100))) as visit:
+        visit.page.get_by_role("button", name="Play", exact=True).click()
+        tools = visit.page.context.new_cdp_session(visit.page)
+        # The first half minute, in which the page fills its caches, doesn't count.
+        for wait_s in (30, 60 * minutes):
+            visit.page.wait_for_timeout(1000 * wait_s)
+            tools.send("HeapProfiler.collectGarbage")
+            sizes.append(tools.send("Runtime.getHeapUsage")["usedSize"] / 1e6)
     growth = sizes[-1] - sizes[0]
     name = f"the heap's growth in {minutes:g} min of 100 cars"
     yield (
@@ -198,11 +212,11 @@ def main() -> None:
     with sync_playwright() as playwright, tempfile.TemporaryDirectory() as folder:
         browser = playwright.chromium.launch(executable_path=path)
         with running_studio(Path(folder)) as studio:
-            for rows in (load_rows, size_rows, words_rows, picture_rows, certainty_rows):
-                for row in rows(browser, studio):
+            parts = [load_rows, size_rows, words_rows, picture_rows, certainty_rows, comparison_rows]
+            parts.append(partial(heap_rows, minutes=heap_minutes))
+            for part in parts:
+                for row in rows_or_reason(partial(part, browser, studio)):
                     table.add_row(*row)
-            for row in heap_rows(browser, studio, heap_minutes):
-                table.add_row(*row)
         browser.close()
     Console().print(table)
 

@@ -21,7 +21,10 @@ export class UnreachableError extends Error {}
  */
 export type ServiceState = "starting" | "ready" | "restarting" | "gone" | "failed";
 
-/** `world`: a world in play; `trials`: its program on other seeds, and two runs compared; `upload`: a transfer through a port of the service; `serial`: one through a port of this page. */
+/**
+ * `world`: a world in play; `trials`: its program on other seeds, and two runs compared; `upload`: a transfer through a
+ * port of the service; `serial`: one through a port of this page.
+ */
 export type StreamName = "world" | "trials" | "upload" | "serial";
 
 export interface StreamListeners {

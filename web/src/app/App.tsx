@@ -107,7 +107,14 @@ function Work() {
     if (due) openEditors();
   }, [due]);
   return (
-    <main className={classes("printed-whole", css.work)} data-alone={alone ?? undefined} data-drawer={drawer || undefined} data-larger={isRead ? undefined : larger} data-compiled={compiled || undefined} data-task={isPlayed || isWritten || undefined}>
+    <main
+      className={classes("printed-whole", css.work)}
+      data-alone={alone ?? undefined}
+      data-drawer={drawer || undefined}
+      data-larger={isRead ? undefined : larger}
+      data-compiled={compiled || undefined}
+      data-task={isPlayed || isWritten || undefined}
+    >
       <div className={classes("printed-whole", css.blocks)}>
         <MissionStrip />
         {due ? <Editors key={`${language} ${level} ${kind}`} /> : <p className={classes("quiet", areas.loading)}>{t("app.loading")}</p>}

@@ -22,7 +22,10 @@ export function GhostHand({ step }: { step: keyof typeof WAYS }) {
       const isDrop = step === "drag" && at > 0;
       return { transform: `translate(${part!.x + part!.width / 2}px, ${isDrop ? part!.bottom + BELOW_PX : part!.y + part!.height / 2}px)`, opacity: 1 };
     });
-    const shown = hand.current!.animate([{ ...moves[0], opacity: 0 }, ...moves, { ...moves.at(-1), opacity: 0 }], { duration: SHOWN_MS, easing: "ease-in-out" });
+    const shown = hand.current!.animate([{ ...moves[0], opacity: 0 }, ...moves, { ...moves.at(-1), opacity: 0 }], {
+      duration: SHOWN_MS,
+      easing: "ease-in-out",
+    });
     return () => shown.cancel();
   }, [step]);
   return (

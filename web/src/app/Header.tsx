@@ -24,9 +24,13 @@ function Logo() {
   );
 }
 
+type FileText =
+  | `menu.${"new" | "open" | "examples" | "library" | "save" | "saveFile" | "share" | "upload" | "calibrate"}`
+  | `export.${"csv" | "svg" | "png" | "print"}`;
+
 function FileMenu() {
   const t = useTexts();
-  const item = (text: "menu.new" | "menu.open" | "menu.examples" | "menu.library" | "menu.save" | "menu.saveFile" | "menu.share" | "menu.upload" | "menu.calibrate" | `export.${"csv" | "svg" | "png" | "print"}`, run: () => void) => (
+  const item = (text: FileText, run: () => void) => (
     <Entry id={text} onAction={run}>
       {t(text)}
     </Entry>
@@ -142,7 +146,7 @@ function Saved() {
   const unsaved = useStudio((studio) => studio.unsaved);
   const stored = useStudio((studio) => studio.stored);
   return (
-    <span className={css.saved} role="status" data-unsaved={unsaved || undefined}>
+    <span className={css.saved} role="status" data-tone={unsaved ? "warning" : "success"}>
       {stored && !unsaved && <Icon name="done" />}
       {(stored || unsaved) && <span>{t(unsaved ? "project.unsaved" : "project.saved")}</span>}
     </span>
@@ -180,7 +184,7 @@ export function Header() {
         <Input maxLength={80} placeholder={t("project.unnamed")} />
       </TextField>
       <Saved />
-      <div className={classes("unprinted", css.headerTools)}>
+      <div className="unprinted row flush end">
         <History />
         <TextButton quiet onPress={() => openDialog("missions")}>
           <Icon name="star" />

@@ -26,7 +26,20 @@ function editorShortcuts() {
 }
 
 const TOPICS = ["blocks", "words", "mat", "upload"] as const;
-const PAGE_KEYS = { tab: "Tab", blocks: "← ↑ → ↓", words: "← ↑ → ↓", divider: "← →", undo: "Ctrl + Z", redo: "Ctrl + Y", save: "Ctrl + S", full: "F", projector: "B", chase: "C", sound: "M", help: "/" } as const;
+const PAGE_KEYS = {
+  tab: "Tab",
+  blocks: "← ↑ → ↓",
+  words: "← ↑ → ↓",
+  divider: "← →",
+  undo: "Ctrl + Z",
+  redo: "Ctrl + Y",
+  save: "Ctrl + S",
+  full: "F",
+  projector: "B",
+  chase: "C",
+  sound: "M",
+  help: "/",
+} as const;
 
 export function HelpDialog() {
   const t = useTexts();

@@ -132,7 +132,7 @@ function EditorBar({ followed }: { followed: boolean }) {
       >
         {EDITORS.map((each) => (
           <ToggleButton key={each} id={each} className={css.name} data-editor={each}>
-            {each === "followers" && !followed && <Icon name="plus" />}
+            {each === "followers" && !followed ? <Icon name="plus" /> : <span className="dot" />}
             {t(`editors.${each}`)}
           </ToggleButton>
         ))}

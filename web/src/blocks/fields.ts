@@ -191,6 +191,8 @@ export class IconField extends Blockly.FieldImage {
 
 /** The icon as a field of Blockly, in the colour of the text behind it. */
 export function iconOf(name: BlockIcon) {
-  const svg = `<svg xmlns="http://www.w3.org/2000/svg" width="24" height="24" viewBox="0 0 24 24" fill="none" stroke="#fff" stroke-width="2" stroke-linecap="round" stroke-linejoin="round"><path d="${ICONS[name]}"/></svg>`;
+  const pen = 'fill="none" stroke="#fff" stroke-width="2" stroke-linecap="round" stroke-linejoin="round"';
+  const path = `<path d="${ICONS[name]}"/>`;
+  const svg = `<svg xmlns="http://www.w3.org/2000/svg" width="24" height="24" viewBox="0 0 24 24" ${pen}>${path}</svg>`;
   return { type: IconField.KIND, src: `data:image/svg+xml,${encodeURIComponent(svg)}`, width: 24, height: 24 };
 }

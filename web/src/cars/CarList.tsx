@@ -84,7 +84,13 @@ export function CarList({ path, image, program, stopsElsewhere = false }: CarLis
       )}
       <ul className={css.list}>
         {cars.map((car) => (
-          <Row key={car.where} car={car} ticked={ticked.has(car.where)} onTick={() => tick(car.where)} onBlink={() => order({ do: "blink", where: [car.where] })} />
+          <Row
+            key={car.where}
+            car={car}
+            ticked={ticked.has(car.where)}
+            onTick={() => tick(car.where)}
+            onBlink={() => order({ do: "blink", where: [car.where] })}
+          />
         ))}
       </ul>
       {shown && shown.others.length > 0 && <p className="quiet">{t("others", { list: shown.others.join(", ") })}</p>}

@@ -101,7 +101,15 @@ function RunCanvas({ picture, car, label }: { picture: Picture | undefined; car:
   const hello = useMat((now) => now.hello);
   const zones = useMission(({ mission }) => mission?.zones);
   const world = useMemo(
-    (): WallWorld => ({ pupil: "", mat, leads: hello?.leads ?? [], radius_m: hello?.radius_m ?? RADIUS_M, cars: hello?.cars ?? 0, zones: zones ?? [], goals: [] }),
+    (): WallWorld => ({
+      pupil: "",
+      mat,
+      leads: hello?.leads ?? [],
+      radius_m: hello?.radius_m ?? RADIUS_M,
+      cars: hello?.cars ?? 0,
+      zones: zones ?? [],
+      goals: [],
+    }),
     [mat, hello, zones],
   );
   const nameOf = useCallback((each: number) => (each === car ? String(each) : undefined), [car]);
@@ -133,7 +141,13 @@ function Lanes({ difference, names, tMs, onSeek }: { difference: Difference; nam
         <ol key={run} aria-label={names[run]}>
           {lane.map((each, k) => (
             <li key={k} style={span(each, lane[k + 1]) as CSSProperties}>
-              <button type="button" className="bare whole" title={told(each.word)} aria-label={`${clock(each.t_ms)} ${told(each.word)}`} onClick={() => onSeek(each.t_ms)} />
+              <button
+                type="button"
+                className="bare whole"
+                title={told(each.word)}
+                aria-label={`${clock(each.t_ms)} ${told(each.word)}`}
+                onClick={() => onSeek(each.t_ms)}
+              />
             </li>
           ))}
         </ol>

@@ -25,7 +25,7 @@ export function HowToJoin({ view, canChange = false }: { view: ClassView; canCha
   const choosable = canChange && (found?.addresses.length ?? 0) > 1;
   return (
     <section className={css.addresses} aria-label={t("howToJoin")}>
-      <h2>{t("howToJoin")}</h2>
+      <h2 className="across">{t("howToJoin")}</h2>
       <Problem text={problem} />
       {found && (
         <>

@@ -36,7 +36,12 @@ export function CarsPart({ view }: { view: ClassView }) {
       {view.stopped && missed.length > 0 && <p className="wrong">{t("notReached", { cars: missed.join(", ") })}</p>}
       <Problem text={problem} />
       {view.shared.map(({ name, holder }) => (
-        <Choice key={name} label={name || t("cable")} value={holder ?? NOBODY} onChange={(pupil) => void attempt(() => askTeacher("pass-on", { name, pupil: pupil || null }))}>
+        <Choice
+          key={name}
+          label={name || t("cable")}
+          value={holder ?? NOBODY}
+          onChange={(pupil) => void attempt(() => askTeacher("pass-on", { name, pupil: pupil || null }))}
+        >
           <option value={NOBODY}>{t("nobody")}</option>
           {view.pupils.map((pupil) => (
             <option key={pupil.id} value={pupil.id}>

@@ -123,9 +123,9 @@ export function PupilsPart({ view }: { view: ClassView }) {
     );
   }
   return (
-    <section aria-label={t("pupils")}>
+    <section className="stack" aria-label={t("pupils")}>
       <p role="status">{t("hereCount", { here, all: view.pupils.length })}</p>
-      <ul className={css.pupils}>
+      <ul className="stack">
         {byNeed(view.pupils).map((pupil) => (
           <Pupil key={pupil.id} pupil={pupil} />
         ))}

@@ -30,38 +30,38 @@ export function ProgressPart({ view }: { view: ClassView }) {
   if (!progress) return null;
   return (
     <>
-    <div className={css.scroller} tabIndex={0} role="region" aria-label={t("progress")}>
-      <table className={css.progress}>
-        <thead>
-          <tr>
-            <th scope="col">{t("pupils")}</th>
-            {progress.missions.map((mission) => (
-              <th key={mission.id} scope="col">
-                <span>{inLanguage(mission.name)}</span>
-              </th>
-            ))}
-          </tr>
-        </thead>
-        <tbody>
-          {view.pupils.map((pupil) => (
-            <tr key={pupil.id}>
-              <th scope="row">
-                <Avatar name={pupil.avatar} /> {pupil.name}
-              </th>
-              {progress.missions.map((mission) => {
-                const count = progress.stars[pupil.id]?.[mission.id]?.length ?? 0;
-                return (
-                  <td key={mission.id} data-now={pupil.mission === mission.id || undefined} aria-label={t("starsCount", { count })}>
-                    {"★".repeat(count)}
-                  </td>
-                );
-              })}
+      <div className={css.scroller} tabIndex={0} role="region" aria-label={t("progress")}>
+        <table className={css.progress}>
+          <thead>
+            <tr>
+              <th scope="col">{t("pupils")}</th>
+              {progress.missions.map((mission) => (
+                <th key={mission.id} scope="col">
+                  <span>{inLanguage(mission.name)}</span>
+                </th>
+              ))}
             </tr>
-          ))}
-        </tbody>
-      </table>
-    </div>
-    <Report missions={progress.missions} />
+          </thead>
+          <tbody>
+            {view.pupils.map((pupil) => (
+              <tr key={pupil.id}>
+                <th scope="row">
+                  <Avatar name={pupil.avatar} /> {pupil.name}
+                </th>
+                {progress.missions.map((mission) => {
+                  const count = progress.stars[pupil.id]?.[mission.id]?.length ?? 0;
+                  return (
+                    <td key={mission.id} data-now={pupil.mission === mission.id || undefined} aria-label={t("starsCount", { count })}>
+                      {"★".repeat(count)}
+                    </td>
+                  );
+                })}
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      </div>
+      <Report missions={progress.missions} />
     </>
   );
 }

@@ -129,7 +129,11 @@ function WallPage() {
       </Page>
     );
   return (
-    <Page title={pupil ? t("stageOf", { name: pupil.name }) : t("wallTitle")} tools={<a className={buttons.button} href="/wall">{t("allStages")}</a>} className={css.wide}>
+    <Page
+      title={pupil ? t("stageOf", { name: pupil.name }) : t("wallTitle")}
+      tools={<a className={buttons.button} href="/wall">{t("allStages")}</a>}
+      className={css.wide}
+    >
       {view && !pupil && <p className="caution">{t("pupilGone")}</p>}
       {pupil && (
         <div className={css.shown}>

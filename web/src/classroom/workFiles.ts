@@ -76,10 +76,20 @@ export function workOf(found: readonly Found[]): Found[] {
   return found.map(({ path, file }) => ({ path: path.slice(start), file })).filter(({ path }) => isWork(path));
 }
 
+/** The bytes of a file, none of one that is too long to be sent; null where it can't be read. */
+async function dataOf(file: File): Promise<string | null> {
+  if (sentBytes(file) !== file.size) return "";
+  try {
+    return base64Of(new Uint8Array(await file.arrayBuffer()));
+  } catch {
+    return null;
+  }
+}
+
 /** Read what is checked; `unread` could not be read. */
 export async function readWork(found: readonly Found[]): Promise<{ files: WorkFile[]; unread: string[] }> {
   const read = await Promise.all(
-    workOf(found).map(async ({ path, file }) => ({ name: path, data: sentBytes(file) === file.size ? await file.arrayBuffer().then((bytes) => base64Of(new Uint8Array(bytes)), () => null) : "" })),
+    workOf(found).map(async ({ path, file }) => ({ name: path, data: await dataOf(file) })),
   );
   return {
     files: read.filter((each): each is WorkFile => each.data !== null),

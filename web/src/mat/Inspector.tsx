@@ -72,7 +72,7 @@ function CarInspector({ car }: { car: number }) {
   const inMission = useStudio(({ mission }) => mission !== null);
   const canDrive = useStudio(({ capabilities }) => capabilities?.driving ?? false);
   return (
-    <section aria-label={t("mat.car", { number: car })}>
+    <section className="stack" aria-label={t("mat.car", { number: car })}>
       <div className="wrap">
         <h3>
           {t("mat.car", { number: car })} · {leads ? t("mat.things.leader") : t("mat.things.follower")}
@@ -135,7 +135,7 @@ function Details({ details }: { details: CarDetails }) {
   const losses = LOSS_REASONS.filter((why): why is Exclude<LossReason, ""> => why !== "").filter((why) => lost[why]);
   return (
     <>
-      <p className={classes("wrap", css.word)}>
+      <p className="wrap">
         <span className={css.swatch} style={{ background: colourOfWord(colourWords(words), word ?? "") ?? "var(--quiet)" }} />
         {word === null ? t("mat.noWord") : <code>{word.toUpperCase()}</code>}
         {word !== null && <span>{wordText(details)}</span>}
@@ -163,7 +163,7 @@ function wordText({ runs, index }: CarDetails): string {
 function Counter({ title, count }: { title: string; count: number }) {
   return (
     <div>
-      <dt>{title}</dt>
+      <dt className="quiet small">{title}</dt>
       <dd>{count}</dd>
     </div>
   );

@@ -115,7 +115,7 @@ export function Voices() {
     change([...voices, { at_s: last ? last.at_s + LATER_S : LATER_S, word: last?.word === "stop" ? "go" : "stop" }]);
   };
   return (
-    <section aria-labelledby="mat-voices">
+    <section className="stack" aria-labelledby="mat-voices">
       <h3 id="mat-voices">{t("mat.voices")}</h3>
       {voices.length === 0 && <p className="quiet">{t("mat.noVoices")}</p>}
       {voices.map((voice, place) => (

@@ -39,7 +39,11 @@ const NUMBERED_PX = 23;
 const PANE_M = 0.13;
 
 /** Behind and above a car that looks along `heading`. */
-export const eyeBehind = (x: number, y: number, heading: number): Eye => ({ x: x - BEHIND_M * Math.cos(heading), y: y - BEHIND_M * Math.sin(heading), heading });
+export const eyeBehind = (x: number, y: number, heading: number): Eye => ({
+  x: x - BEHIND_M * Math.cos(heading),
+  y: y - BEHIND_M * Math.sin(heading),
+  heading,
+});
 
 /** How far ahead of the eye a point of the floor is; negative behind it. */
 const aheadOf = (eye: Eye, [x, y]: Point): number => (x - eye.x) * Math.cos(eye.heading) + (y - eye.y) * Math.sin(eye.heading);
@@ -127,7 +131,8 @@ export function paintBehind(g: CanvasRenderingContext2D, view: View, eye: Eye, s
     dot(g, colour, x, y, radius);
     g.globalAlpha /= alpha;
   };
-  const upright = ([ax, ay]: Point, [bx, by]: Point, low: number, high: number) => seen(eye, size, [[ax, ay, low], [bx, by, low], [bx, by, high], [ax, ay, high]]);
+  const upright = ([ax, ay]: Point, [bx, by]: Point, low: number, high: number) =>
+    seen(eye, size, [[ax, ay, low], [bx, by, low], [bx, by, high], [ax, ay, high]]);
   const level = (way: readonly Point[], z: number) => seen(eye, size, way.map(([x, y]) => [x, y, z] as const));
 
   /** The sides of a prism that look this way, darker the more they look aside, with its windows. */
@@ -188,7 +193,9 @@ export function paintBehind(g: CanvasRenderingContext2D, view: View, eye: Eye, s
 
   const paintCar = (car: CarLook, number: number) => {
     const half = (view.carM / 2) * car.size;
-    const { far, body, near } = carMarks(car, half, aheadOf({ x: car.x, y: car.y, heading: eye.heading }, [car.x + Math.cos(car.heading), car.y + Math.sin(car.heading)]) > 0, contrast);
+    const front: Point = [car.x + Math.cos(car.heading), car.y + Math.sin(car.heading)];
+    const isAway = aheadOf({ x: car.x, y: car.y, heading: eye.heading }, front) > 0;
+    const { far, body, near } = carMarks(car, half, isAway, contrast);
     for (const mark of [...far, ...body, ...near]) paintMark(mark);
     const px = half * pixelsAt([car.x, car.y]);
     const [rear] = seen(eye, size, [[car.x - half * 0.94 * Math.cos(car.heading), car.y - half * 0.94 * Math.sin(car.heading), half * 0.5]], false);
@@ -224,6 +231,8 @@ export function paintBehind(g: CanvasRenderingContext2D, view: View, eye: Eye, s
     solids.push({ at, footprint: null, paint });
   }
   const near = view.cars.map((car, k) => ({ car, k, ahead: aheadOf(eye, [car.x, car.y]) })).filter(({ ahead }) => ahead > 0.1 && ahead < FARTHEST_M);
-  for (const { car, k } of near.sort((a, b) => a.ahead - b.ahead).slice(0, MOST_CARS)) solids.push({ at: [car.x, car.y], footprint: null, paint: () => paintCar(car, k) });
+  for (const { car, k } of near.sort((a, b) => a.ahead - b.ahead).slice(0, MOST_CARS)) {
+    solids.push({ at: [car.x, car.y], footprint: null, paint: () => paintCar(car, k) });
+  }
   for (const { paint } of paintOrder(eye, solids)) paint();
 }

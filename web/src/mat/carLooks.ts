@@ -132,7 +132,8 @@ const LEADER: readonly Point[] = [[-0.94, -0.5], [-0.78, -0.68], [0.4, -0.68], [
 export function carMarks(car: CarLook, half: number, fromBehind: boolean, contrast: boolean): { far: Mark[]; body: Mark[]; near: Mark[] } {
   const [cos, sin] = [Math.cos(car.heading) * half, Math.sin(car.heading) * half];
   const at = ([ahead, aside]: Point): Point => [car.x + ahead * cos - aside * sin, car.y + ahead * sin + aside * cos];
-  const ball = (place: Point, high: number, wide: number, colour: string, alpha = 1): Mark => lifted(line([at(place)], wide * half, colour, alpha), high * half);
+  const ball = (place: Point, high: number, wide: number, colour: string, alpha = 1): Mark =>
+    lifted(line([at(place)], wide * half, colour, alpha), high * half);
   const wheels = [0.72, -0.72].map((side) => area(rectangle(-0.66, side - 0.16, 0.54, side + 0.16).map(at), DARK));
   const outline = (car.leads ? LEADER : FOLLOWER).map(at);
   const eyes = [0.25, -0.25].flatMap((aside) => [ball([0.9, aside], 0.55, 0.42, "#ffffff"), ball([0.93, aside], 0.55, 0.2, "#7a1030")]);

@@ -1,7 +1,20 @@
 /** Edits of a mat document: each returns a new document and leaves the old one unchanged. */
 
 import { SHAPES } from "../generated/world";
-import { type FurnitureKind, type Line, listOf, type Mat, type Person, type Piece, type PieceId, pieceOf, type Point, pointsOf, rounded, without } from "./document";
+import {
+  type FurnitureKind,
+  type Line,
+  listOf,
+  type Mat,
+  type Person,
+  type Piece,
+  type PieceId,
+  pieceOf,
+  type Point,
+  pointsOf,
+  rounded,
+  without,
+} from "./document";
 
 export function withList(mat: Mat, kind: FurnitureKind, pieces: readonly Piece[]): Mat {
   return pieces.length ? { ...mat, [kind]: pieces } : without(mat, kind);

@@ -14,7 +14,8 @@ interface Floor {
 }
 
 /** A rectangle from its lower left corner. */
-const slab = (x: number, y: number, width: number, height: number, colour: string, alpha = 1): Mark => area(rectangle(x, y, x + width, y + height), colour, alpha);
+const slab = (x: number, y: number, width: number, height: number, colour: string, alpha = 1): Mark =>
+  area(rectangle(x, y, x + width, y + height), colour, alpha);
 
 /** Lines all over a floor, a step from each other. */
 function gridOf(width: number, height: number, step: number, colour: string, widthM: number): Mark[] {
@@ -67,8 +68,12 @@ function streetsOf(width: number, height: number, block: number, street: string,
   const half = block * 0.17;
   for (let x = block / 2; x < width; x += block) marks.push(slab(x - half, 0, Math.min(2 * half, width - x + half), height, street));
   for (let y = block / 2; y < height; y += block) marks.push(slab(0, y - half, width, Math.min(2 * half, height - y + half), street));
-  for (let x = block / 2; x < width; x += block) for (let y = 0; y < height; y += 0.24) marks.push(slab(x - 0.008, y, 0.016, Math.min(0.12, height - y), dash, 0.8));
-  for (let y = block / 2; y < height; y += block) for (let x = 0; x < width; x += 0.24) marks.push(slab(x, y - 0.008, Math.min(0.12, width - x), 0.016, dash, 0.8));
+  for (let x = block / 2; x < width; x += block) {
+    for (let y = 0; y < height; y += 0.24) marks.push(slab(x - 0.008, y, 0.016, Math.min(0.12, height - y), dash, 0.8));
+  }
+  for (let y = block / 2; y < height; y += block) {
+    for (let x = 0; x < width; x += 0.24) marks.push(slab(x, y - 0.008, Math.min(0.12, width - x), 0.016, dash, 0.8));
+  }
   return marks;
 }
 
@@ -103,27 +108,42 @@ function craters(width: number, height: number): Mark[] {
 const FLOORS: Record<FloorName, Floor | null> = {
   plain: null,
   table: {
-    colours: { ground: "#b9926a", floor: "#e0bd8b", edge: "#8a6437", wall: "#7a5530", obstacle: "#4f7cac", track: "#fff6e5", range: "#a3231c", ring: "#c2261f" },
+    colours: {
+      ground: "#b9926a", floor: "#e0bd8b", edge: "#8a6437", wall: "#7a5530",
+      obstacle: "#4f7cac", track: "#fff6e5", range: "#a3231c", ring: "#c2261f",
+    },
     sky: ["#f7ead6", "#e9d3b0"],
     marks: planks,
   },
   classroom: {
-    colours: { ground: "#aebfc6", floor: "#edf2f3", edge: "#7f959e", wall: "#566b75", obstacle: "#d98b3a", track: "#a9bac2", range: "#c2261f", ring: "#c2261f" },
+    colours: {
+      ground: "#aebfc6", floor: "#edf2f3", edge: "#7f959e", wall: "#566b75",
+      obstacle: "#d98b3a", track: "#a9bac2", range: "#c2261f", ring: "#c2261f",
+    },
     sky: ["#f4f7f8", "#d5e1e6"],
     marks: tiles,
   },
   city: {
-    colours: { ground: "#8fae84", floor: "#a9c49b", edge: "#5f7d55", wall: "#7b5b4b", obstacle: "#c8654f", track: "#e8efe2", range: "#8d1812", ring: "#c2261f" },
+    colours: {
+      ground: "#8fae84", floor: "#a9c49b", edge: "#5f7d55", wall: "#7b5b4b",
+      obstacle: "#c8654f", track: "#e8efe2", range: "#8d1812", ring: "#c2261f",
+    },
     sky: ["#7cbcf0", "#d8eefb"],
     marks: town("#6b7280", "#f4e3a1", "#8db27c"),
   },
   night: {
-    colours: { ground: "#0b0f1d", floor: "#182036", edge: "#3b4a74", wall: "#8aa0d6", obstacle: "#33426d", track: "#445590", range: "#ff8a80", ring: "#ff8a80", person: "#e0a252" },
+    colours: {
+      ground: "#0b0f1d", floor: "#182036", edge: "#3b4a74", wall: "#8aa0d6",
+      obstacle: "#33426d", track: "#445590", range: "#ff8a80", ring: "#ff8a80", person: "#e0a252",
+    },
     sky: ["#05070f", "#1c2748"],
     marks: town("#232c49", "#5b6aa0", "#141b2f"),
   },
   moon: {
-    colours: { ground: "#1b1c22", floor: "#aaa8a2", edge: "#66646a", wall: "#55545c", obstacle: "#7d7b76", track: "#d9d7d0", range: "#8d1812", ring: "#a3231c" },
+    colours: {
+      ground: "#1b1c22", floor: "#aaa8a2", edge: "#66646a", wall: "#55545c",
+      obstacle: "#7d7b76", track: "#d9d7d0", range: "#8d1812", ring: "#a3231c",
+    },
     sky: ["#020308", "#14151c"],
     marks: craters,
   },

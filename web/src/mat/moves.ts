@@ -11,6 +11,8 @@ const DIRECTIONS: readonly DanceMove[] = ["ahead", "left", "right", "ahead"];
 
 /** The moves of one part of a program; a program without words of this part hops once. */
 export function danceOf(words: readonly CompiledWord[], part: CompiledWord["part"]): readonly DanceMove[] {
-  const moves = words.filter((word) => word.part === part).map((word): DanceMove => (valueOf(word, "motor_enable") ? DIRECTIONS[valueOf(word, "motor_direction")]! : "hop"));
+  const moves = words
+    .filter((word) => word.part === part)
+    .map((word): DanceMove => (valueOf(word, "motor_enable") ? DIRECTIONS[valueOf(word, "motor_direction")]! : "hop"));
   return moves.length ? moves.slice(0, MOST_MOVES) : ["hop"];
 }

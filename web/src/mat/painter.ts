@@ -88,7 +88,8 @@ export function paint(context: CanvasRenderingContext2D, view: View, camera: Cam
   let still = stills.get(context);
   if (!still) stills.set(context, (still = { canvas: document.createElement("canvas"), of: [] }));
   const stillContext = still.canvas.getContext("2d", { alpha: false })!;
-  const of = [view.mat, view.floor, view.theme, view.zones, view.below, view.isDetailed, view.tracks?.version, camera.x, camera.y, camera.scale, sharpness, width, height];
+  const { mat, floor, theme, zones, below, isDetailed, tracks } = view;
+  const of = [mat, floor, theme, zones, below, isDetailed, tracks?.version, camera.x, camera.y, camera.scale, sharpness, width, height];
   const stays = of.every((value, k) => value === still.of[k]);
   if (!stays && (still.canvas.width !== width || still.canvas.height !== height)) Object.assign(still.canvas, { width, height });
   const lensOf = (g: CanvasRenderingContext2D): Lens => ({ g, camera, scale: camera.scale * sharpness, sharpness, middleX: width / 2, middleY: height / 2 });

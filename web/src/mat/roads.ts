@@ -163,7 +163,8 @@ function tileAt(mat: Mat, tile: Tile, at: Point): Line[] {
   const ways = [0, 1, 2, 3].map((quarters) =>
     TILE_LINES[tile].map((points) => points.map(([dx, dy]) => turned([middle[0] + dx * HALF_M, middle[1] + dy * HALF_M], middle, quarters))),
   );
-  const meets = (lines: Point[][]) => lines.flatMap((points) => [points[0]!, points.at(-1)!]).filter((end) => ends.some((each) => distance(each, end) < EXACT_M)).length;
+  const isEnd = (point: Point) => ends.some((end) => distance(end, point) < EXACT_M);
+  const meets = (lines: Point[][]) => lines.flatMap((points) => [points[0]!, points.at(-1)!]).filter(isEnd).length;
   const best = ways.reduce((most, each) => (meets(each) > meets(most) ? each : most));
   return best.map((points_m) => ({ points_m, bend_m: BEND_M }));
 }

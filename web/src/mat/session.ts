@@ -32,7 +32,10 @@ export class Session {
   /** Where the cars stood at the beginning, once a picture showed it. */
   starts: CarPoses | null = null;
   picture: Picture | null = null;
-  /** Called with the state of the world after this page's user has played, paused, stepped, begun again or sought, and where a run has begun or ended by itself. */
+  /**
+   * Called with the state of the world after this page's user has played, paused, stepped, begun again or sought, and
+   * where a run has begun or ended by itself.
+   */
   onCommand: ((state: WorldState) => void) | null = null;
 
   /** Resolved when the stage was drawn, and, where cars are to drive at once, shows that they do. */

@@ -80,7 +80,13 @@ const ICONS: Partial<Record<Kind, Icon>> = {
     ["#fff4de", rectangle(-0.35, -0.8, 0.35, 0)],
     ["#a8322a", rectangle(-0.27, -0.8, 0.27, -0.08)],
   ],
-  stop: [["#6b7280", rectangle(-0.06, -0.9, 0.06, 0.3)], ["#1f5fbf", ringOf([0, 0.5], 0.42, 24)], ["#ffffff", rectangle(-0.24, 0.35, 0.24, 0.62)], ["#ffffff", ringOf([-0.14, 0.32], 0.07, 10)], ["#ffffff", ringOf([0.14, 0.32], 0.07, 10)]],
+  stop: [
+    ["#6b7280", rectangle(-0.06, -0.9, 0.06, 0.3)],
+    ["#1f5fbf", ringOf([0, 0.5], 0.42, 24)],
+    ["#ffffff", rectangle(-0.24, 0.35, 0.24, 0.62)],
+    ["#ffffff", ringOf([-0.14, 0.32], 0.07, 10)],
+    ["#ffffff", ringOf([0.14, 0.32], 0.07, 10)],
+  ],
 };
 
 const GROUNDS: Partial<Record<Kind, { colour: string; alpha: number }>> = {

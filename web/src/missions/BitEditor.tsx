@@ -36,7 +36,7 @@ export function BitEditor() {
       {words.map((word, place) =>
         word.part === "header" ? null : (
           <div key={place} className={css.bitRow}>
-            <span className={css.bitName}>{t("missions.word", { number: place, part: t(`parts.${word.part}`) })}</span>
+            <span className="rigid small across">{t("missions.word", { number: place, part: t(`parts.${word.part}`) })}</span>
             {FIELDS.map((field) => (
               <Bits key={field.name} words={words} place={place} field={field} />
             ))}

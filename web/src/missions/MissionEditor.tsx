@@ -50,7 +50,14 @@ export function MissionEditor({ draft }: { draft: Draft }) {
           <Label>{t("missions.story")}</Label>
           <Input maxLength={400} />
         </TextField>
-        <Quantity label={t("missions.seconds")} value={draft.seconds} least={1} most={600} step={0.5} onChange={(seconds) => editDraft({ seconds }, "seconds")} />
+        <Quantity
+          label={t("missions.seconds")}
+          value={draft.seconds}
+          least={1}
+          most={600}
+          step={0.5}
+          onChange={(seconds) => editDraft({ seconds }, "seconds")}
+        />
       </div>
       <Zones draft={draft} />
       <Goals draft={draft} />
@@ -147,7 +154,13 @@ function GoalEditor({ draft, place, goal }: { draft: Draft; place: number; goal:
       {GOAL_KINDS[goal.kind].map((field) => (
         <GoalField key={field.name} draft={draft} goal={goal} field={field} set={set} />
       ))}
-      <Choice label={t("missions.star")} value={String(goal.star)} all={["1", "2", "3"]} name={(each) => "★".repeat(Number(each))} onChange={(star) => set({ star: Number(star) })} />
+      <Choice
+        label={t("missions.star")}
+        value={String(goal.star)}
+        all={["1", "2", "3"]}
+        name={(each) => "★".repeat(Number(each))}
+        onChange={(star) => set({ star: Number(star) })}
+      />
       <ToolButton
         icon="trash"
         label={t("missions.removeGoal", { number: place + 1 })}
@@ -158,23 +171,55 @@ function GoalEditor({ draft, place, goal }: { draft: Draft; place: number; goal:
   );
 }
 
-function GoalField({ draft, goal, field, set }: { draft: Draft; goal: DraftGoal; field: (typeof GOAL_KINDS)[GoalKind][number]; set: (changes: Partial<DraftGoal>) => void }) {
+interface GoalFieldProps {
+  draft: Draft;
+  goal: DraftGoal;
+  field: (typeof GOAL_KINDS)[GoalKind][number];
+  set: (changes: Partial<DraftGoal>) => void;
+}
+
+function GoalField({ draft, goal, field, set }: GoalFieldProps) {
   const t = useTexts();
   const label = t(`missions.fields.${field.name}`);
   const value = goal[field.name];
   switch (field.input) {
     case "who":
       // A list of car numbers, which a file may have, stays as it is until a group is chosen.
-      return <Choice label={label} value={String(value)} all={[...GROUPS, ...(Array.isArray(value) ? [String(value)] : [])]} name={(each) => (GROUPS.includes(each as "all") ? t(`missions.who.${each as "all"}`) : each)} onChange={(who) => set({ who })} />;
+      return (
+        <Choice
+          label={label}
+          value={String(value)}
+          all={[...GROUPS, ...(Array.isArray(value) ? [String(value)] : [])]}
+          name={(each) => (GROUPS.includes(each as "all") ? t(`missions.who.${each as "all"}`) : each)}
+          onChange={(who) => set({ who })}
+        />
+      );
     case "zone":
       return <Choice label={label} value={String(value)} all={draft.zones.map(({ name }) => name)} name={(each) => each} onChange={(zone) => set({ zone })} />;
     case "at":
       return <Choice label={label} value={value as "end"} all={TIMES} name={(each) => t(`missions.at.${each}`)} onChange={(at) => set({ at })} />;
     case "led":
-      return <Choice label={label} value={String(value) as "0"} all={LEDS.filter((each) => each !== "off" || goal.kind === "lit")} name={(each) => (each === "off" ? t("missions.ledOff") : t(`levels.light.${each}`))} onChange={(led) => set({ led: led === "off" ? led : Number(led) })} />;
+      return (
+        <Choice
+          label={label}
+          value={String(value) as "0"}
+          all={LEDS.filter((each) => each !== "off" || goal.kind === "lit")}
+          name={(each) => (each === "off" ? t("missions.ledOff") : t(`levels.light.${each}`))}
+          onChange={(led) => set({ led: led === "off" ? led : Number(led) })}
+        />
+      );
     case "number":
       // What may be left out begins empty in a file; the editor offers the rest.
       if (value === undefined) return null;
-      return <Quantity label={label} value={Number(value)} least={field.least} most={field.most} step={field.whole ? 1 : 0.01} onChange={(typed) => set({ [field.name]: typed })} />;
+      return (
+        <Quantity
+          label={label}
+          value={Number(value)}
+          least={field.least}
+          most={field.most}
+          step={field.whole ? 1 : 0.01}
+          onChange={(typed) => set({ [field.name]: typed })}
+        />
+      );
   }
 }

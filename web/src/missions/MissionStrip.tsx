@@ -148,7 +148,7 @@ function GoalLine({ goal, now, checked, isEarned, seed }: GoalLineProps) {
       </span>
       <span>
         {inLanguage(goal.text)}{" "}
-        <span className={css.star} data-earned={isEarned || undefined}>
+        <span className={isEarned ? css.earned : "quiet"}>
           {(isEarned ? "★" : "☆").repeat(goal.star)}
         </span>
         {lost && (

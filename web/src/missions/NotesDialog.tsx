@@ -25,7 +25,11 @@ function Part({ title, children }: { title: string; children: ReactNode }) {
 function Notes({ notes }: { notes: MissionNotes }) {
   const t = useTexts();
   const { minutes, aim, say, further } = notes;
-  const place = t("missions.notes.place", { path: t(`missions.paths.${notes.path as "swarm"}`), number: notes.order, level: t(`level.${notes.level as "start"}`) });
+  const place = t("missions.notes.place", {
+    path: t(`missions.paths.${notes.path as "swarm"}`),
+    number: notes.order,
+    level: t(`level.${notes.level as "start"}`),
+  });
   return (
     <article className={css.notes}>
       <div className={css.notesPicture}>
@@ -42,7 +46,7 @@ function Notes({ notes }: { notes: MissionNotes }) {
         <ol>
           {notes.goals.map(({ star, text }, k) => (
             <li key={k}>
-              {inLanguage(text)} <span className={css.star}>{"★".repeat(star)}</span>
+              {inLanguage(text)} <span className="quiet">{"★".repeat(star)}</span>
             </li>
           ))}
         </ol>

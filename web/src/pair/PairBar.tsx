@@ -57,7 +57,7 @@ export function PairBar() {
             <TextButton small onPress={act(() => askClass("pair/swap", { wants: false }))}>{t("pair.keep")}</TextButton>
           </>
         ))}
-      <span role="status" className={css.news}>
+      <span role="status" className="said">
         {news && t(news, { name })}
       </span>
       <TextButton small onPress={() => void leave()}>{t("pair.leave")}</TextButton>

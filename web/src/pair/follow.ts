@@ -84,7 +84,9 @@ export class PairWindow implements Place {
 
   show(): void {
     const { project } = this.held;
-    const parts: Partial<Studio> = this.name === "leader" ? { leader: project.leader, mat: project.mat ?? EMPTY_MAT, rangeMm: project.range_mm, car: project.car, profile: project.profile } : { followers: project.followers };
+    const { leader, followers, mat, range_mm: rangeMm, car, profile } = project;
+    const isLeaders = this.name === "leader";
+    const parts: Partial<Studio> = isLeaders ? { leader, mat: mat ?? EMPTY_MAT, rangeMm, car, profile } : { followers };
     const differs = (Object.keys(parts) as (keyof Studio)[]).filter((part) => JSON.stringify(useStudio.getState()[part]) !== JSON.stringify(parts[part]));
     this.pair.isFilling = true;
     useStudio.setState(Object.fromEntries(differs.map((part) => [part, parts[part]])));
@@ -192,7 +194,8 @@ export function receive(view: PairView | null, me: string): void {
   }
 }
 
-const asText = ({ leader, followers, mat, range_mm, car, profile }: Project) => JSON.stringify([leader, followers, mat ?? EMPTY_MAT, range_mm ?? null, car ?? null, profile]);
+const asText = ({ leader, followers, mat, range_mm, car, profile }: Project) =>
+  JSON.stringify([leader, followers, mat ?? EMPTY_MAT, range_mm ?? null, car ?? null, profile]);
 
 const missionText = (mission: MissionChoice | null) => JSON.stringify([mission?.id ?? "", mission?.document ?? null]);
 const sameMission = (one: MissionChoice | null, other: MissionChoice | null) => missionText(one) === missionText(other);

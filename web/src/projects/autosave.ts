@@ -11,6 +11,7 @@ import type { OpenedProject, WorkspaceState } from "../api/types";
 import { say } from "../i18n";
 import { notify } from "../state/dialogs";
 import { heldByOthers, own, PLACE_KEY } from "../state/otherTabs";
+import { isObject } from "../state/settings";
 import { keep } from "../state/storage";
 import { type Studio, useStudio } from "../state/studio";
 import { endAll, listen } from "../ui/areas";
@@ -44,9 +45,6 @@ export function workOf(studio: Studio, at: number): StoredWork {
   const project = { name, version, leader, followers, parkedFollowers, profile, python, mat, range_mm: rangeMm, car, mission };
   return { ...project, kept, attempts, unsaved, stored, at };
 }
-
-const isObject = (value: unknown): value is Record<string, unknown> =>
-  typeof value === "object" && value !== null && !Array.isArray(value);
 
 /** What was stored; null where there is nothing, or nothing that can be understood. */
 export function parseWork(text: string | null): StoredWork | null {

@@ -28,8 +28,16 @@ function Hand({ raised }: { raised: boolean }) {
   );
 }
 
+interface ClassmatesProps {
+  title: string;
+  about: string;
+  canChoose?: boolean;
+  onChoose: (to: Classmate) => void;
+  onClose: () => void;
+}
+
 /** Choose one of the class. */
-function Classmates({ title, about, canChoose = true, onChoose, onClose }: { title: string; about: string; canChoose?: boolean; onChoose: (to: Classmate) => void; onClose: () => void }) {
+function Classmates({ title, about, canChoose = true, onChoose, onClose }: ClassmatesProps) {
   const [classmates, setClassmates] = useState<Classmate[]>([]);
   useEffect(() => void attemptInClass(async () => setClassmates(await askClass("classmates"))), []);
   return (

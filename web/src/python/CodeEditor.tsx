@@ -132,7 +132,8 @@ export default function CodeEditor() {
   const host = useRef<HTMLDivElement>(null);
   useEffect(() => {
     const label = EditorView.contentAttributes.of({ "aria-label": t("python.text"), "aria-describedby": "python-about", spellcheck: "false" });
-    const state = EditorState.create({ doc: usePython.getState().text, extensions: [EXTENSIONS, label, EditorState.phrases.of({ Completions: t("python.completions") })] });
+    const phrases = EditorState.phrases.of({ Completions: t("python.completions") });
+    const state = EditorState.create({ doc: usePython.getState().text, extensions: [EXTENSIONS, label, phrases] });
     const view = new EditorView({ state, parent: host.current! });
     const show = () => {
       showText(view);

@@ -33,7 +33,12 @@ function LinkState() {
   const silenceMs = Math.max(useSilenceMs(), ...silences);
   const worst = Math.round(Math.max(roundTripMs ?? 0, silenceMs > WEAK_MS ? silenceMs : 0));
   const kind = opening ? "opening" : !open ? "lost" : worst > WEAK_MS ? "weak" : "good";
-  const texts = { opening: t("linkOpening"), lost: t("linkLost"), weak: t("linkWeak", { ms: worst }), good: roundTripMs === null ? t("linkIdle") : t("linkGood", { ms: Math.round(roundTripMs) }) };
+  const texts = {
+    opening: t("linkOpening"),
+    lost: t("linkLost"),
+    weak: t("linkWeak", { ms: worst }),
+    good: roundTripMs === null ? t("linkIdle") : t("linkGood", { ms: Math.round(roundTripMs) }),
+  };
   const tones = { opening: undefined, lost: "error", weak: "warning", good: undefined };
   const text = texts[kind];
   return (

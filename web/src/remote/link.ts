@@ -249,7 +249,8 @@ export class RemoteLink {
     const cars = useRemote.getState().joined;
     if (cars.length === 0) return;
     const number = this.number + 1;
-    if (!this.send({ do: "drive", cars, throttle, steering, ...(Object.keys(switches).length > 0 && { switches }), number, stamp: stampAt(this.now()) })) return;
+    const held = Object.keys(switches).length > 0 && { switches };
+    if (!this.send({ do: "drive", cars, throttle, steering, ...held, number, stamp: stampAt(this.now()) })) return;
     this.number = number;
     if (number === 1) useRemote.setState({ hasDriven: true });
     this.sentMs.set(number, this.now());

@@ -47,7 +47,8 @@ type Check = (value: unknown) => boolean;
 const isOneOf = (...allowed: readonly unknown[]): Check => (value) => allowed.includes(value);
 const isSwitch = isOneOf(true, false);
 const isTextOrNull: Check = (value) => value === null || typeof value === "string";
-const isObject = (value: unknown): value is Record<string, unknown> => typeof value === "object" && value !== null;
+export const isObject = (value: unknown): value is Record<string, unknown> =>
+  typeof value === "object" && value !== null && !Array.isArray(value);
 const isObjectOrNull: Check = (value) => value === null || isObject(value);
 const isDrawer: Check = (value) => isObject(value) && isOneOf(...DRAWER_TABS)(value.tab) && isSwitch(value.open);
 const isShare = (value: unknown) => typeof value === "number" && value > 0 && value < 1;
@@ -95,7 +96,8 @@ function stored(): Partial<Settings> {
   } catch {
     return {};
   }
-  const good = Object.entries(isObject(found) ? found : {}).filter(([name, value]) => Object.hasOwn(SETTINGS, name) && SETTINGS[name as keyof Settings][1](value));
+  const isGood = (name: string, value: unknown) => Object.hasOwn(SETTINGS, name) && SETTINGS[name as keyof Settings][1](value);
+  const good = Object.entries(isObject(found) ? found : {}).filter(([name, value]) => isGood(name, value));
   return Object.fromEntries(good);
 }
 

@@ -172,7 +172,7 @@ export function Form({ onSubmit, className = css.form, id, children }: { onSubmi
 /** Say what is wrong; nothing where nothing is. */
 export function Problem({ text }: { text: string }) {
   return (
-    <p role="alert" className={classes("wrong", css.problem)}>
+    <p role="alert" className="wrong said">
       {text}
     </p>
   );

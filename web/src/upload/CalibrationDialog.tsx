@@ -59,7 +59,12 @@ export function CalibrationDialog() {
           <h3>{t("calibration.move", { number: at + 1, count: moves.length, move: inLanguage(move.title) })}</h3>
           <OneCar key={move.key} image={move.image} brief />
           <Form id="readings" className="row" onSubmit={() => void goOn()}>
-            <Reading key={move.key} label={t(move.turns ? "calibration.turned" : "calibration.ahead")} value={now.first} onChange={(first) => type({ first })} />
+            <Reading
+              key={move.key}
+              label={t(move.turns ? "calibration.turned" : "calibration.ahead")}
+              value={now.first}
+              onChange={(first) => type({ first })}
+            />
             {!move.turns && <Reading label={t("calibration.left")} value={now.left} onChange={(left) => type({ left })} />}
           </Form>
           <Problem text={problem} />

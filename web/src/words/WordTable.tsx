@@ -84,7 +84,14 @@ const WordRow = memo(function WordRow(props: WordRowProps) {
   }, [place]);
 
   return (
-    <div role="row" aria-rowindex={index + 1} className={css.word} style={{ "--part": `var(--${word.part})` } as CSSProperties} data-hex={word.hex.toUpperCase()} ref={row}>
+    <div
+      role="row"
+      aria-rowindex={index + 1}
+      className={css.word}
+      style={{ "--part": `var(--${word.part})` } as CSSProperties}
+      data-hex={word.hex.toUpperCase()}
+      ref={row}
+    >
       <span role="rowheader" className={css.name}>
         <span className={css.index}>{index}</span>
         <span className={css.story}>{storyOf(word, profile)}</span>
@@ -198,10 +205,15 @@ export function WordTable({ words, profile }: { words: readonly CompiledWord[]; 
 
   return (
     <>
-      <div className={css.scroller} ref={scroller}>
+      <div className={classes("printed-whole", css.scroller)} ref={scroller}>
         <div className={css.tableHead} aria-hidden="true">
           {spansOf(FORMATS.control).map(({ group, fields }, index) => (
-            <span key={index} className={css.span} data-narrow={isNarrow(FORMATS.control, fields[0]!) || undefined} style={{ "--bits": fields.at(0)!.high - fields.at(-1)!.low + 1, "--gaps": fields.length - 1 } as CSSProperties}>
+            <span
+              key={index}
+              className={css.span}
+              data-narrow={isNarrow(FORMATS.control, fields[0]!) || undefined}
+              style={{ "--bits": fields.at(0)!.high - fields.at(-1)!.low + 1, "--gaps": fields.length - 1 } as CSSProperties}
+            >
               <small>{t(`groups.${group}`)}</small>
             </span>
           ))}

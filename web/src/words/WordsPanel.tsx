@@ -19,7 +19,7 @@ function Gauge({ editor, used, most, costliest }: { editor: EditorName; used: nu
   const block = costliest?.block;
   return (
     <div className={css.gauge} data-tone={used > most ? "error" : near ? "warning" : undefined}>
-      <Meter className={classes("row small", css.meter)} value={Math.min(used, most)} maxValue={most} valueLabel={t("words.used", { used, most })}>
+      <Meter className={"row small"} value={Math.min(used, most)} maxValue={most} valueLabel={t("words.used", { used, most })}>
         {({ percentage, valueText }) => (
           <>
             <Label>{t(`words.${editor}Used`)}</Label>

@@ -65,7 +65,9 @@ function mindingStories(word: CompiledWord, kinds: readonly Told[], profile: Pro
   const drive = kinds.find((kind) => kind.drives);
   const minded = drive ? kinds.filter((kind) => isMindedBy(word, kind)) : [];
   const holding = minded.filter(({ kind }) => kind !== "avoid").map(({ kind }) => say(`story.minds.${kind as "pir"}`));
-  const turning = minded.filter(({ kind }) => kind === "avoid").map(({ fields }) => [say("story.turnsAway"), fieldText(word, fields[0], profile)].join(BETWEEN));
+  const turning = minded
+    .filter(({ kind }) => kind === "avoid")
+    .map(({ fields }) => [say("story.turnsAway"), fieldText(word, fields[0], profile)].join(BETWEEN));
   const unless = holding.length ? [say("story.unlessMinded", { minded: holding.join(` ${say("blocks.or")} `) })] : [];
   const left = kinds.filter((kind) => !minded.includes(kind));
   return left.map((kind) => [kindStory(word, kind, profile), ...(kind === drive ? [...unless, ...turning] : [])].join(BETWEEN));
