@@ -50,7 +50,16 @@ function noteUndo(editor: EditorName, group: string): void {
   const key = `${editor} ${group}`;
   if (group && useHistory.getState().done.at(-1)?.key === key) return;
   endEdit();
-  record({ key, undo: () => workspaceOf(editor)?.undo(false), redo: () => workspaceOf(editor)?.undo(true) });
+  record({ key, undo: () => step(editor, false), redo: () => step(editor, true) });
+}
+
+/** Undo or redo. A block that is being moved is put back before: Blockly would fail to take it away, and keep it for ever. */
+function step(editor: EditorName, forward: boolean): void {
+  const { mover } = Blockly.KeyboardMover;
+  if (mover.isMoving()) mover.abortMove();
+  const workspace = workspaceOf(editor);
+  workspace?.cancelCurrentGesture();
+  workspace?.undo(forward);
 }
 
 /** Above blocks that this page only shows: who makes them. */
