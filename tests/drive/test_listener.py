@@ -83,9 +83,18 @@ async def listening(
         await asyncio.gather(serving, return_exceptions=True)
 
 
-@pytest.mark.parametrize("burst", [1, 2])
-def test_connections_of_one_address_are_bounded_though_places_are_free(burst: int) -> None:
-    places = Places(most=20, most_of_one_address=4, burst=burst)
+@pytest.mark.parametrize(
+    ("places", "kept"),
+    [
+        (Places(most=20, most_of_one_address=4), 4),
+        (Places(most=20, most_of_one_address=4, burst=2), 8),
+        (Places(most=3, most_of_one_address=4, waiting=20), 3),
+        (Places(most=6, most_of_one_address=4, waiting=20, burst=2), 6),
+    ],
+)
+def test_connections_are_bounded_in_all_and_of_one_address_though_other_places_are_free(
+    places: Places, kept: int
+) -> None:
     made, turned_away = [], []
 
     async def accept() -> None:
@@ -93,7 +102,7 @@ def test_connections_of_one_address_are_bounded_though_places_are_free(burst: in
             await until(lambda: len(made) + len(turned_away) == 10)
 
     asyncio.run(accept())
-    assert len(made) == 4 * burst
+    assert len(made) == kept
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems have 127.0.0.1 alone")
@@ -178,6 +187,16 @@ def test_the_end_of_an_answer_does_not_wait_for_its_beginning_to_be_acknowledged
             return await is_prompt
 
     assert asyncio.run(accept())
+
+
+def test_a_listener_that_ends_leaves_no_task_behind() -> None:
+    async def accept() -> None:
+        connected = asyncio.Event()
+        async with listening(lambda _: connected.set(), 1):
+            await connected.wait()
+        await until(lambda: asyncio.all_tasks() == {asyncio.current_task()})
+
+    asyncio.run(accept())
 
 
 def test_open_connections_get_a_turn_between_two_newcomers() -> None:
