@@ -15,6 +15,7 @@ from itertools import pairwise
 import pytest
 
 from motorcade.drive import listener
+from motorcade.drive.keys import client_context, server_context
 from motorcade.drive.listener import DRIVE_PLACES, Listener, Places, bind
 from support.driven_car import PATIENT, DrivenCar
 from support.mock_clock import mock_clock
@@ -257,6 +258,45 @@ def test_who_says_nothing_where_keys_are_wanted_is_turned_away_and_counted(monke
 
     asyncio.run(accept())
     assert len(turned_away) == 3
+
+
+def test_who_has_shown_keys_and_wants_nothing_gives_way_to_a_newcomer_with_keys(keys) -> None:
+    made: list[asyncio.BaseTransport] = []
+    dropped: list[asyncio.BaseTransport] = []
+
+    class Idle(Standing):
+        def __init__(self, closed: Callable[[], None]) -> None:
+            super().__init__(self.begin, closed)
+
+        def begin(self, transport: asyncio.BaseTransport) -> None:
+            self.transport = transport
+            made.append(transport)
+
+        def has_session(self) -> bool:
+            return False
+
+        def drop(self) -> None:
+            dropped.append(self.transport)
+            self.transport.close()
+
+    async def accept() -> None:
+        wants_keys, driver = server_context(keys / "car-ada.pem"), client_context(keys / "driver-lin.pem")
+        with bind("127.0.0.1", 0) as bound:
+            accepting = Listener(bound, Idle, lambda: None, wants_keys, Places(most=2, most_of_one_address=2))
+            serving = asyncio.ensure_future(accepting.serve())
+            writers = []
+            for count in (1, 2, 3):
+                writers += (await asyncio.open_connection(*accepting.address, ssl=driver, server_hostname="ada"))[1:]
+                await until(lambda count=count: len(made) == count)
+            accepting.close_to_newcomers()
+            serving.cancel()
+            await asyncio.gather(serving, return_exceptions=True)
+            accepting.drop_all()
+            for writer in writers:
+                writer.close()
+
+    asyncio.run(accept())
+    assert dropped[0] is made[0]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems have 127.0.0.1 alone")
