@@ -2,9 +2,13 @@
 
 import shutil
 
+import pytest
+from starlette.requests import HTTPConnection
+
 from motorcade.classroom import running
 from motorcade.classroom.folder import ClassFolder
 from motorcade.classroom.room import MOST_OF_AN_ADDRESS
+from motorcade.errors import MotorcadeError
 from support.class_page import FIRST_KEY, PASSWORD, class_room
 from support.waiting import wait_until
 
@@ -125,3 +129,13 @@ def test_no_clock_that_is_set_signs_the_teacher_out_or_keeps_the_teacher_in(tmp_
             again.client.cookies.update(cookies)
             assert is_in(again) is stays
             now[0] += 60.0
+
+
+def test_who_has_no_session_is_nobody_to_the_studio_of_a_class(tmp_path):
+    """Each request is refused before it is asked whose it is; so this is what is left where one isn't."""
+    files = ClassFolder(tmp_path)
+    with files.opened():
+        begun = running.RunningClass(running.ClassServerSettings(library=tmp_path, port=7710), files)
+        with pytest.raises(MotorcadeError) as refused:
+            begun.visitor(HTTPConnection({"type": "http", "headers": []}))
+    assert refused.value.code == "class-session-needed"

@@ -236,10 +236,16 @@ def test_programs_meet_on_the_shared_mat_and_goals_judge_them(room, now):
 
 @pytest.mark.parametrize("followers", range(11))
 def test_all_cars_of_a_parade_begin_on_its_mat_and_apart(followers):
-    mat = parade(7, followers)["mat"]
+    document = parade(7, followers)
+    mat = document["mat"]
     places = [tuple(car["at_m"]) for car in mat["car"]]
     assert all(0 < x_m < mat["size_m"][0] and 0 < y_m < mat["size_m"][1] for x_m, y_m in places)
-    assert min(math.dist(*pair) for pair in combinations(places, 2)) > 0.2
+    assert [car.get("role") for car in mat["car"]] == ["leader", *[None] * followers] * 7
+    assert document["seconds"] == 60
+    nearest_m = 0.3 if followers else 2.5
+    assert min(math.dist(*pair) for pair in combinations(places, 2)) == pytest.approx(nearest_m)
+    # Two rows of six places: no larger than the rows of followers want.
+    assert mat["size_m"] == pytest.approx([6.5 * max(2.5, 0.3 * (followers + 1)), 5.0])
 
 
 def test_a_parade_goes_on_without_a_page_of_its_own_and_names_stay_at_their_cars(room, now):

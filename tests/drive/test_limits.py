@@ -56,6 +56,12 @@ class LimitedCar(MockCar):
         return telemetry.state, telemetry.speed, telemetry.obstacle_mm
 
 
+def test_a_car_without_limits_has_nothing_to_do_until_its_command_is_old() -> None:
+    car = LimitedCar()
+    car.session.command(AHEAD)
+    assert car.control.beat() >= CLASSROOM.drive.failsafe_ms
+
+
 # Acceleration
 
 
@@ -105,6 +111,10 @@ def test_without_a_sensor_or_without_the_key_nothing_stops_a_driver() -> None:
     without_key, without_sensor = LimitedCar(), LimitedCar(obstacle_stop_mm=150)
     without_key.board.ahead_mm, without_sensor.board.ahead_mm = 1, None
     assert without_key.drive(AHEAD, 100)[-1] == without_sensor.drive(AHEAD, 100)[-1] == 255
+    # Nobody asks a sensor that isn't needed.
+    without_key.board.ahead_mm = -1
+    assert without_key.drive(AHEAD, 100)[-1] == 255
+    assert without_key.control.telemetry().last_fault == ""
 
 
 def test_a_sensor_that_fails_stops_the_car() -> None:

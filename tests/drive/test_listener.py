@@ -15,6 +15,7 @@ from itertools import pairwise
 import pytest
 
 from motorcade.drive import listener
+from motorcade.drive.keys import client_context, server_context
 from motorcade.drive.listener import DRIVE_PLACES, Listener, Places, bind
 from support.driven_car import PATIENT, DrivenCar
 from support.mock_clock import mock_clock
@@ -83,9 +84,18 @@ async def listening(
         await asyncio.gather(serving, return_exceptions=True)
 
 
-@pytest.mark.parametrize("burst", [1, 2])
-def test_connections_of_one_address_are_bounded_though_places_are_free(burst: int) -> None:
-    places = Places(most=20, most_of_one_address=4, burst=burst)
+@pytest.mark.parametrize(
+    ("places", "kept"),
+    [
+        (Places(most=20, most_of_one_address=4), 4),
+        (Places(most=20, most_of_one_address=4, burst=2), 8),
+        (Places(most=3, most_of_one_address=4, waiting=20), 3),
+        (Places(most=6, most_of_one_address=4, waiting=20, burst=2), 6),
+    ],
+)
+def test_connections_are_bounded_in_all_and_of_one_address_though_other_places_are_free(
+    places: Places, kept: int
+) -> None:
     made, turned_away = [], []
 
     async def accept() -> None:
@@ -93,7 +103,7 @@ def test_connections_of_one_address_are_bounded_though_places_are_free(burst: in
             await until(lambda: len(made) + len(turned_away) == 10)
 
     asyncio.run(accept())
-    assert len(made) == 4 * burst
+    assert len(made) == kept
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems have 127.0.0.1 alone")
@@ -180,6 +190,16 @@ def test_the_end_of_an_answer_does_not_wait_for_its_beginning_to_be_acknowledged
     assert asyncio.run(accept())
 
 
+def test_a_listener_that_ends_leaves_no_task_behind() -> None:
+    async def accept() -> None:
+        connected = asyncio.Event()
+        async with listening(lambda _: connected.set(), 1):
+            await connected.wait()
+        await until(lambda: asyncio.all_tasks() == {asyncio.current_task()})
+
+    asyncio.run(accept())
+
+
 def test_open_connections_get_a_turn_between_two_newcomers() -> None:
     turns, turn_of_each = 0, []
 
@@ -238,6 +258,45 @@ def test_who_says_nothing_where_keys_are_wanted_is_turned_away_and_counted(monke
 
     asyncio.run(accept())
     assert len(turned_away) == 3
+
+
+def test_who_has_shown_keys_and_wants_nothing_gives_way_to_a_newcomer_with_keys(keys) -> None:
+    made: list[asyncio.BaseTransport] = []
+    dropped: list[asyncio.BaseTransport] = []
+
+    class Idle(Standing):
+        def __init__(self, closed: Callable[[], None]) -> None:
+            super().__init__(self.begin, closed)
+
+        def begin(self, transport: asyncio.BaseTransport) -> None:
+            self.transport = transport
+            made.append(transport)
+
+        def has_session(self) -> bool:
+            return False
+
+        def drop(self) -> None:
+            dropped.append(self.transport)
+            self.transport.close()
+
+    async def accept() -> None:
+        wants_keys, driver = server_context(keys / "car-ada.pem"), client_context(keys / "driver-lin.pem")
+        with bind("127.0.0.1", 0) as bound:
+            accepting = Listener(bound, Idle, lambda: None, wants_keys, Places(most=2, most_of_one_address=2))
+            serving = asyncio.ensure_future(accepting.serve())
+            writers = []
+            for count in (1, 2, 3):
+                writers += (await asyncio.open_connection(*accepting.address, ssl=driver, server_hostname="ada"))[1:]
+                await until(lambda count=count: len(made) == count)
+            accepting.close_to_newcomers()
+            serving.cancel()
+            await asyncio.gather(serving, return_exceptions=True)
+            accepting.drop_all()
+            for writer in writers:
+                writer.close()
+
+    asyncio.run(accept())
+    assert dropped[0] is made[0]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems have 127.0.0.1 alone")

@@ -184,6 +184,15 @@ def test_what_was_sent_behind_an_answer_and_came_late_is_old(held_ms):
     assert not driver.comes(driver.send(5000, True), 5000 + held_ms)
 
 
+def test_who_answered_and_then_sent_nothing_for_a_second_is_asked_again_and_drives():
+    driver = StampedDriver(70)
+    assert driver.clock(900) is None
+    clock = driver.clock(1000)
+    driver.answer(clock, 1000, 1000)
+    assert driver.clock(1000) is None
+    assert driver.comes(driver.send(1000, stands=False), 1000)
+
+
 def test_after_a_rest_a_word_with_a_speed_waits_for_one_with_speed_0():
     driver = StampedDriver(77)
     assert driver.comes(driver.send(0, False), 0)

@@ -11,6 +11,7 @@ import pytest
 from cryptography.hazmat.primitives import serialization
 
 from motorcade.drive.certificates import CarKeys, make_keys
+from motorcade.drive.connection import Address, to_error
 from motorcade.drive.keys import client_context, https_context, name_in, peer_name, server_context
 from motorcade.errors import MotorcadeError
 
@@ -22,6 +23,17 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("keys") / "class 3b 三年级"
     make_keys(folder, [CarKeys("ada", ("192.168.1.20", "ada.school.example"))], ["lin", "小林"], NOW)
     return folder
+
+
+@pytest.mark.parametrize("has_telemetry", [False, True])
+@pytest.mark.parametrize("takes_keys", [False, True])
+def test_a_car_that_hangs_up_refused_the_keys_only_where_it_takes_some_and_had_sent_nothing(
+    folder, takes_keys, has_telemetry
+):
+    tls = client_context(folder / "driver-lin.pem") if takes_keys else None
+    problem = to_error(Address("127.0.0.1", 5005, 5006, tls), EOFError(), has_telemetry)
+    is_of_keys = takes_keys and not has_telemetry
+    assert problem.code == ("keys-refused" if is_of_keys else "hung-up")
 
 
 @pytest.mark.parametrize(

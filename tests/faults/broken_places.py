@@ -429,6 +429,7 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
     ("shelf", "fleet/contact.py"): (
         ("any-answer-confirms-a-stop", "if orders == self._orders and not", "if not"),
         ("away-too-late", "MISSES = 3", "MISSES = 30"),
+        ("forgotten-at-its-cable", "link.heard or self.has_answered", "link.heard"),
         (
             "never-away-again",
             "silent_s is None or silent_s > AWAY_S or not (self._link or self._loads)",

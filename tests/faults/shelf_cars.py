@@ -54,7 +54,7 @@ class ShelfCar:
         asked: each request's kind and name, and when it came.
         got: how many bytes of images and check requests came.
         checks, images: what becomes of the next check requests and images: faults, or nothing where all is well.
-        is_mute: whether it answers nothing.
+        is_mute: whether it answers nothing, or says ``murmur`` in place of an answer.
         ignores_orders: whether it does no orders, though it answers.
     """
 
@@ -73,6 +73,7 @@ class ShelfCar:
         self.checks: list[str] = []
         self.images: list[str] = []
         self.is_mute = self.ignores_orders = False
+        self.murmur = b""
         # The kind of request at which it hangs up.
         self.hangs_up_at = ""
         # Whether it says more than it is asked.
@@ -127,7 +128,7 @@ class ShelfCar:
         if request.kind in self.refuses:
             return error_line(self.refuses[request.kind])
         if self.is_mute or (self.ignores_orders and request.kind in (STOP, GO)):
-            return b""
+            return self.murmur
         fields: list[tuple[str, Any]] = [("name", self.name), ("number", f"{self.number:x}"), ("role", self.role)]
         fields += [("board", self.board), ("version", self.version), ("state", self.state)]
         fields += [("words", len(self.held) // WORD_BYTES), ("holds", f"{crc32(self.held):08x}")]

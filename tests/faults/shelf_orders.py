@@ -406,6 +406,30 @@ async def plug_in(run: "Shelf") -> None:
         )
 
 
+async def hang(run: "Shelf") -> None:
+    """A car at a cable that hangs stays in the table, and so does a board that only murmurs at first.
+
+    Either may be reset: then it is shown, and gets the last order.
+    """
+    car, other = (run.car(host=f"/dev/ttyUSB{number}") for number in range(2))
+    other.is_mute, other.murmur = True, b"it starts\n"
+    run.plugged = [car.host, other.host]
+    async with run.fleet() as fleet:
+        await asyncio.sleep(4.0)
+        _compare(run, fleet, car)
+        car.is_mute = car.ignores_orders = other.ignores_orders = True
+        fleet.order(STOP)
+        await asyncio.sleep(run.random.choice((5.5, 20.0)))
+        shown = row(fleet, car)
+        code = shown.problem.code if shown and shown.problem else None
+        run.keep("found", code == "car-away" and shown.away, f"a car at a cable that hangs is shown as {shown}")
+        car.is_mute = car.ignores_orders = other.is_mute = other.ignores_orders = False
+        await asyncio.sleep(9.0)
+        for back in (car, other):
+            run.keep("away-first", back.state == "stopped", f"{back.where} was reset, and misses an order")
+            _compare(run, fleet, back)
+
+
 async def ask_the_lost(run: "Shelf") -> None:
     """Whoever asks a car whose connection breaks is told so at once, and one that is mute after a while."""
     car = run.car()
@@ -450,6 +474,7 @@ ACTS = (
     strange,
     forget,
     plug_in,
+    hang,
     ask_the_lost,
     come_late,
 )

@@ -32,6 +32,7 @@ from motorcade.words.request import (
     read_request,
 )
 from support.fault_proxy import FaultProxy
+from support.mock_clock import mock_clock
 from support.pseudo_terminal import PseudoTerminal
 from support.rooms import FIRST, FIRST_CRC32, SECOND, SECOND_CRC32, SimulatedCar, in_loop, server, simulated_cars
 from support.waiting import until
@@ -208,6 +209,19 @@ async def test_a_car_of_a_list_by_its_hosts_name_is_no_second_car_where_it_is_fo
 
 
 @in_loop
+async def test_the_turn_of_a_car_that_is_forgotten_is_the_next_ones():
+    with simulated_cars(2) as made:
+        async with Cars() as cars:
+            cars.most_at_once = 1
+            first, second = places(made)
+            for place in (first, second):
+                cars.add(place._replace(found=True))
+            await until(lambda: cars.contacts[first.address].has_answered)
+            cars.remove(first.address)
+            await until(lambda: cars.contacts[second.address].has_answered)
+
+
+@in_loop
 async def test_two_cars_of_one_name_are_told_apart_by_their_addresses():
     with simulated_cars(2, name="ada") as made:
         async with Cars(places(made)) as cars:
@@ -218,6 +232,25 @@ async def test_two_cars_of_one_name_are_told_apart_by_their_addresses():
             await cars.ask([made[1].address], BLINK)
             with pytest.raises(MotorcadeError, match="There is no car bo"):
                 cars.named(["bo"])
+
+
+@pytest.mark.parametrize("breaks", [True, False], ids=["hangs up", "says nothing"])
+@mock_clock
+async def test_who_asks_a_car_that_is_lost_at_that_moment_is_told_so(breaks):
+    async def serve(reader, writer):
+        with closing(writer), suppress(asyncio.IncompleteReadError):
+            while (request := read_request(await reader.readexactly(REQUEST_BYTES))).kind == ASK:
+                writer.write(answer_line(request, (("name", "ada"),)))
+            if not breaks:
+                await reader.read()
+
+    listener = await asyncio.start_server(serve, "127.0.0.1", 0)
+    port = listener.sockets[0].getsockname()[1]
+    async with listener, Cars([place_of(f"127.0.0.1:{port}")]) as cars:
+        await cars.known(30)
+        with pytest.raises(MotorcadeError) as refused:
+            await cars.ask(["ada"], BLINK)
+        assert (refused.value.code, refused.value.details) == ("car-away", {"car": "ada"})
 
 
 @contextmanager

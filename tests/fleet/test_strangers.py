@@ -1,7 +1,7 @@
 """What strangers announce hides no car from a stop: first, wrongly, much, renewed, withdrawn."""
 
 import asyncio
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, closing
 from random import Random
 
 import pytest
@@ -13,7 +13,7 @@ from motorcade.drive.client import DriveClient
 from motorcade.fleet.cars import MOST_FOUND, Cars, Finder
 from motorcade.fleet.found import Turns
 from motorcade.fleet.places import CAR, CLASS, DRIVE, SERVICE, network_place, safe_name
-from motorcade.words.request import STOP
+from motorcade.words.request import REQUEST_BYTES, STOP, answer_line, read_request
 from support.driven_car import DrivenCar
 from support.mock_clock import mock_clock, pass_time
 from support.rooms import in_loop, server, simulated_cars
@@ -216,6 +216,29 @@ async def test_who_was_not_asked_yet_gives_no_place_to_who_is_announced_later(mo
             cars.add(found(host, 7, CAR))
         assert {contact.place.host for contact in cars.contacts.values()} == set(hosts[:3])
         assert cars.problem
+
+
+@mock_clock
+async def test_a_car_that_is_away_gives_its_place_to_no_stranger(monkeypatch):
+    monkeypatch.setattr("motorcade.fleet.cars.MOST_FOUND", 2)
+
+    async def answer_once(reader, writer):
+        with closing(writer):
+            request = read_request(await reader.readexactly(REQUEST_BYTES))
+            writer.write(answer_line(request, (("name", "ada"),)))
+            await writer.drain()
+
+    listener = await asyncio.start_server(answer_once, HOST, 0)
+    car = found(HOST, listener.sockets[0].getsockname()[1], CAR)
+    async with Cars() as cars:
+        async with listener:
+            cars.add(car)
+            await until(lambda: cars.contacts[car.address].has_answered)
+        cars.add(found("127.0.1.1", 9, CAR))
+        # Both wait for their next tries.
+        await pass_time(20.0)
+        cars.add(found("127.0.1.2", 9, CAR))
+        assert {contact.place.host for contact in cars.contacts.values()} == {HOST, "127.0.1.2"}
 
 
 def test_a_strangers_name_is_one_short_line():

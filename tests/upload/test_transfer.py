@@ -23,7 +23,7 @@ from motorcade.words.image import parse_image_bytes
 from motorcade.words.packing import ImageError
 from motorcade.words.request import CHECK_BYTES, check_words, held_checksum, ready_line
 from motorcade.words.upload import IMAGE, REFUSED, ok_line
-from motorcade.words.uploader import MISMATCH, NOT_VERIFIED, SILENT, VERIFIED
+from motorcade.words.uploader import MISMATCH, NOT_VERIFIED, SILENT, VERIFIED, Outcome
 from support.faulty_line import Faults, RealCar, SimpleCar, Way, talk_through
 from support.upload_ends import read_check
 
@@ -144,6 +144,10 @@ def test_an_image_that_the_car_can_not_hold_is_sent_once_and_the_car_keeps_its_o
     assert (talk.outcome, talk.holds, car.holds) == ((REFUSED, "image-too-large most=126 words=511"), OLD, FIRST)
     assert told == []
     assert "this car holds at most 126" in str(upload_error("port", talk.outcome, talk.holds))
+
+
+def test_a_refusal_that_nobody_knows_is_told_as_the_car_said_it():
+    assert "refused: it is too warm" in str(upload_error("port", Outcome(REFUSED, "it is too warm"), OLD))
 
 
 @pytest.mark.parametrize("seed", range(8))

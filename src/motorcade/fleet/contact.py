@@ -261,13 +261,13 @@ class Contact:
                 # Its answers to the upload tell as much.
                 self._heard_s = monotonic()
             if self._heard_s == heard_s:
-                missed = missed + 1
-            else:
-                missed = 0
-            if missed:
+                missed += 1
                 self._answers.clear()
                 self.is_known.set()
-        if link.is_strange or not (self.place.host or link.heard):
+            else:
+                missed = 0
+        # A car that hangs is one still: it may be reset.
+        if link.is_strange or not (self.place.host or link.heard or self.has_answered):
             raise NoCarError("no-car-at-port", port=self.place.address)
         raise CarAwayError("car-away", car=self.name)
 

@@ -114,6 +114,16 @@ def test_a_position_that_a_round_of_the_stamps_held_back_moves_nothing(visit):
     assert [setpoint[2] for _, setpoint in rig.wheels.notes if setpoint[2]] == [153, 128]
 
 
+def test_a_page_whose_address_is_unknown_drives(visit):
+    """The system tells none of a connection that was broken off at once."""
+    rig = visit()
+    unknown = TestClient(rig.client.app, base_url=HERE, client=None)
+    with unknown, RemoteRig(unknown, rig.drive).page() as page:
+        page.send("join", car="1")
+        page.drive(0.5)
+        assert page.car(lambda car: car["speed"])["you"]["drives"]
+
+
 def test_the_car_stands_still_when_its_page_leaves(visit):
     rig = visit()
     with rig.page() as page:

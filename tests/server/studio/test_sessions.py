@@ -4,6 +4,7 @@ import asyncio
 import csv
 import io
 import json
+import os
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
@@ -19,7 +20,7 @@ from motorcade.server.request_filter import ServerSettings
 from motorcade.server.studio import driving, sessions, workers
 from motorcade.server.studio.sessions import SessionLimits, do_in_turn
 from motorcade.service.history import FIRST
-from motorcade.service.world_messages import State
+from motorcade.service.world_messages import Play, State
 from motorcade.service.world_session import WorldSession
 from support.mock_clock import mock_clock
 from support.waiting import DEADLINE_S
@@ -55,6 +56,26 @@ def test_the_world_of_a_page_that_stays_away_is_dropped(client, monkeypatch) -> 
     client.portal.call(lambda: None)
     with page(client) as mine:
         assert not mine.until("hello")["resumed"]
+
+
+def test_as_many_worlds_are_computed_at_once_as_there_are_processors(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(os, "cpu_count", lambda: 3)
+    together, receive = threading.Barrier(3), WorldSession.receive
+
+    def meet(session, message):
+        if isinstance(message, Play):
+            together.wait(DEADLINE_S)
+        return receive(session, message)
+
+    with server(tmp_path) as client, ExitStack() as held:
+        pages = [held.enter_context(page(client, key)) for key in (KEY, OTHER, THIRD)]
+        for shown in pages:
+            shown.set()
+        monkeypatch.setattr(WorldSession, "receive", meet)
+        for shown in pages:
+            shown.send("play", speed=1)
+        for shown in pages:
+            assert shown.until("state", lambda state: state["playing"])
 
 
 def test_a_second_page_with_the_session_takes_it_over(client, monkeypatch) -> None:
