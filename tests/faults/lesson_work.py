@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 PROJECTS = ("project 0", "Röbot", "con.x", '<i>%&"', 60 * "n")
 BAD_NAMES = ("", " ", ".", "..", "a/b", "a\\b", "x" * 61, "a\u202eb", "a\nb")
 MISSIONS = [mission.id for mission in list_missions({})][:6]
+# Missions whose solutions earn stars, and what a pupil brings from home: of each some, and one that there is not.
+STARRED = (MISSION, "round-the-corner")
+FROM_HOME = {MISSION: [1, 9], "round-the-corner": [2], "long-way": [3]}
 SERIAL = Port("/dev/ttyTEST", "a car's cable", "serial")
 GIFTS, GIFTS_S = 10, 60.0
 # Few enough that a lesson comes to them.
@@ -70,8 +73,9 @@ def is_full(pupil: "Pupil") -> bool:
 
 def stars_of(pupil: "Pupil") -> dict[str, list[int]]:
     """What a pupil has earned, or brought from home, by mission."""
-    known = pupil.stars | ({MISSION: sorted({1, *pupil.stars.get(MISSION, ())})} if pupil.imported else {})
-    return {mission: earned for mission, earned in known.items() if earned}
+    home = {mission: {star for star in stars if star <= 3} for mission, stars in FROM_HOME.items() if pupil.imported}
+    known = {mission: {*home.get(mission, ()), *pupil.stars.get(mission, ())} for mission in home | pupil.stars}
+    return {mission: sorted(earned) for mission, earned in known.items() if earned}
 
 
 # The own library.
@@ -234,7 +238,7 @@ async def export_and_import(run: "Lesson") -> None:
         saved = await run.expect("as-asked", pupil.browser, "save-text", DONE, **project)
         versions = [{"saved_at": "2026-01-01T00:00:00.000Z", "text": saved["text"]}]
         more = {"format": "motorcade-projects/1", "projects": [{"name": "from home", "versions": versions}]}
-        more["stars"] = {MISSION: [1, 9]}
+        more["stars"] = FROM_HOME
         await run.expect("as-asked", pupil.browser, "projects/import", DONE, text=json.dumps(more))
         if "from home" not in pupil.projects:
             pupil.projects["from home"] = [mark]
@@ -252,13 +256,15 @@ async def check_stars(run: "Lesson") -> None:
     pupil = run.draw(run.pupils)
     if pupil is None:
         return
-    program = run.random.choice((SOLVES, FAILS))
-    message = {"mission": {"id": MISSION}, "leader": solution(program)}
-    answer = await run.expect("as-asked", pupil.browser, "missions/check", DONE, **message)
-    run.world.keep("as-asked", bool(answer["stars"]) == (program is SOLVES), f"a program earns {answer['stars']}")
-    before = set(pupil.stars.get(MISSION, ())) | ({1} if pupil.imported else set())
-    pupil.stars[MISSION] = sorted({*answer["stars"], *before})
-    run.world.keep("answered-stays", answer["earned"] == pupil.stars[MISSION], f"{answer['earned']}: {pupil.stars}")
+    for mission in run.random.sample(STARRED, run.random.choice((1, 2))):
+        solves = chosen_mission(MissionChoice(id=mission)).solution
+        program = run.random.choice((solves, FAILS))
+        message = {"mission": {"id": mission}, "leader": solution(program)}
+        answer = await run.expect("as-asked", pupil.browser, "missions/check", DONE, **message)
+        run.world.keep("as-asked", bool(answer["stars"]) == (program is solves), f"a program earns {answer['stars']}")
+        pupil.stars[mission] = sorted({*answer["stars"], *stars_of(pupil).get(mission, ())})
+        is_so = answer["earned"] == pupil.stars[mission]
+        run.world.keep("answered-stays", is_so, f"{answer['earned']}: {pupil.stars}")
     progress = await run.expect("as-asked", run.teacher, "teacher/progress", DONE)
     known = {each.id: stars_of(each) for each in run.pupils}
     run.world.keep("answered-stays", progress["stars"] == known, "the teacher sees {}", progress["stars"])
@@ -363,6 +369,12 @@ async def _give(run: "Lesson", pupil: "Pupil", takers: "list[Pupil]", count: int
         run.may_see[mark].add(taker.id)
         taker.tell("project", copied, pupil.name)
         await asyncio.sleep(0.06)
+
+
+def may_give(run: "Lesson", pupil: "Pupil") -> bool:
+    """Whether a pupil may give something twice, or ask twice for a partner."""
+    recent = [when_s for when_s in pupil.gifts_s if run.world.now_s - when_s < GIFTS_S]
+    return len(recent) <= GIFTS - 2
 
 
 def free_name(taker: "Pupil", name: str, ending: str) -> str:
