@@ -139,9 +139,7 @@ def check_left(run: "Lesson") -> dict[str, Node]:
     except OSError:
         return {}
     found = {name_of(name) or name: node for name, node in folders.items()}
-    # A pair that nobody is in yet has files already.
-    begun = {f"pair-{pair['id']}" for pair in record(run)["pairs"] if not pair["members"]}
-    left = found.keys() - {owner for owner, _ in _libraries(run)} - begun
+    left = found.keys() - {owner for owner, _ in _libraries(run)} - run.begun
     run.world.keep("ended-is-gone", not left, f"{left} is left")
     return found
 

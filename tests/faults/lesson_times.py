@@ -118,15 +118,21 @@ async def late_job(run: "Lesson") -> None:
     if other and "to" in message:
         pupil.gifts_s.append(run.world.now_s)
         goes = run.random.choice((pupil, other, other))
+    if name == "class/pair/begin":
+        run.begun = {f"pair-{run.paired + 1}"}
     run.loop.late_s = 1.0
     storing = asyncio.create_task(tab.ask(name, **message))
-    await asyncio.sleep(0.05)
+    # Before the first job, or between it and the next one; a project of who goes then was given before.
+    is_given = name == "class/give" and goes is pupil
+    await asyncio.sleep(0.05 if is_given or run.random.random() < 0.5 else 1.05)
     run.loop.late_s = 0.0
+    is_over = storing.done()
     await out(run, goes)
     outcome, _ = await storing
-    run.world.keep("out-is-out", outcome != DONE, f"{name} of or for a pupil who is out is done")
+    run.world.keep("out-is-out", is_over or outcome != DONE, f"{name} of or for a pupil who is out is done")
     run.paired = await lesson_pairs.paired_now(run)
     await asyncio.sleep(1.2)
+    run.begun.clear()
     lesson_files.check_left(run)
     lesson_files.check_settled(run)
 
