@@ -272,8 +272,8 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
         ("a-slow-disk-hangs-up", "        running.show_changes()\n        for owner in", "        for owner in"),
         (
             "a-window-is-asked-for-early",
-            "        def store() -> int:\n            # Asked when the thread's turn has come: meanwhile the window may be "
-            "another's.\n            library = self._pairs.owned(who, pair, window).library\n",
+            "        def store() -> int:\n            # Asked when the thread's turn has come: meanwhile the window "
+            "may be another's.\n            library = self._pairs.owned(who, pair, window).library\n",
             "        library = self._pairs.owned(who, pair, window).library\n\n        def store() -> int:\n",
         ),
         (

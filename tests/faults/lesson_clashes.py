@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 from tests.faults import lesson_doors, lesson_files, lesson_pairs, lesson_teacher, lesson_times, lesson_work
 from tests.faults.browsers import DONE, Browser
 from tests.faults.lesson_doors import AVATAR, WORK
-from tests.faults.lesson_pairs import paired_now
-from tests.faults.lesson_work import may_give
+from tests.faults.lesson_pairs import may_give, paired_now
 from tests.faults.pupils import PASSWORD
 
 if TYPE_CHECKING:

@@ -27,6 +27,12 @@ async def work_together(run: "Lesson") -> None:
         await act(run)
 
 
+def may_give(run: "Lesson", pupil: "Pupil") -> bool:
+    """Whether a pupil may give something twice, or ask twice for a partner."""
+    recent = [when_s for when_s in pupil.gifts_s if run.world.now_s - when_s < GIFTS_S]
+    return len(recent) <= GIFTS - 2
+
+
 def who_works(run: "Lesson") -> "Pupil | None":
     """Most often one of two who work together."""
     joined = [each for pair in run.pairs if len(pair.joined) > 1 for each in pair.joined]

@@ -108,7 +108,7 @@ async def late_job(run: "Lesson") -> None:
         ("class/draft/write", {"name": "late", "project": project}),
         ("projects/write", {"name": "late", "project": project}),
     ]
-    if other and lesson_work.may_give(run, pupil):
+    if other and lesson_pairs.may_give(run, pupil):
         if pupil.projects:
             requests += [("class/give", {"to": other.id, "name": next(iter(pupil.projects))})] * 2
         if run.pair_of(pupil) is None and run.pair_of(other) is None:
@@ -211,7 +211,7 @@ async def come_up(run: "Lesson") -> None:
         pupil.hand, pupil.gifts_s, pupil.pages, pupil.opened = False, [], [], None
         pupil.left_s = run.world.now_s
         if pupil.imported:
-            pupil.stars = lesson_work.stars_of(pupil)
+            pupil.stars = lesson_doors.stars_of(pupil)
     for pair in run.pairs:
         pair.conducted = None
     await run.open_pages()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import to_builtins
 from tests.faults.browsers import DONE
-from tests.faults.lesson_doors import MISSION, WORK
+from tests.faults.lesson_doors import FROM_HOME, MISSION, STARRED, WORK, stars_of
 from tests.faults.system import Replaced
 
 from motorcade import Program, compile_program, forward, left
@@ -32,9 +32,6 @@ if TYPE_CHECKING:
 PROJECTS = ("project 0", "Röbot", "con.x", '<i>%&"', 60 * "n")
 BAD_NAMES = ("", " ", ".", "..", "a/b", "a\\b", "x" * 61, "a\u202eb", "a\nb")
 MISSIONS = [mission.id for mission in list_missions({})][:6]
-# Missions whose solutions earn stars, and what a pupil brings from home: of each some, and one that there is not.
-STARRED = (MISSION, "round-the-corner")
-FROM_HOME = {MISSION: [1, 9], "round-the-corner": [2], "long-way": [3]}
 SERIAL = Port("/dev/ttyTEST", "a car's cable", "serial")
 GIFTS, GIFTS_S = 10, 60.0
 # Few enough that a lesson comes to them.
@@ -69,13 +66,6 @@ def kept(versions: list[str]) -> list[str]:
 def is_full(pupil: "Pupil") -> bool:
     """Whether a pupil can begin no project any more."""
     return len(pupil.projects) >= LIMITS.projects
-
-
-def stars_of(pupil: "Pupil") -> dict[str, list[int]]:
-    """What a pupil has earned, or brought from home, by mission."""
-    home = {mission: {star for star in stars if star <= 3} for mission, stars in FROM_HOME.items() if pupil.imported}
-    known = {mission: {*home.get(mission, ()), *pupil.stars.get(mission, ())} for mission in home | pupil.stars}
-    return {mission: sorted(earned) for mission, earned in known.items() if earned}
 
 
 # The own library.
@@ -369,12 +359,6 @@ async def _give(run: "Lesson", pupil: "Pupil", takers: "list[Pupil]", count: int
         run.may_see[mark].add(taker.id)
         taker.tell("project", copied, pupil.name)
         await asyncio.sleep(0.06)
-
-
-def may_give(run: "Lesson", pupil: "Pupil") -> bool:
-    """Whether a pupil may give something twice, or ask twice for a partner."""
-    recent = [when_s for when_s in pupil.gifts_s if run.world.now_s - when_s < GIFTS_S]
-    return len(recent) <= GIFTS - 2
 
 
 def free_name(taker: "Pupil", name: str, ending: str) -> str:
