@@ -12,7 +12,7 @@ from functools import partial
 import pytest
 from anyio import to_thread
 
-from motorcade.classroom import folder, running, shared_mat
+from motorcade.classroom import app, folder, running, shared_mat
 from motorcade.classroom.folder import ClassFolder
 from motorcade.classroom.running import EmergencyStop
 from motorcade.errors import MotorcadeError
@@ -105,6 +105,32 @@ def test_on_a_full_disk_the_class_can_end(tmp_path, full):
             assert mia.ask("projects/list") == "class-session-needed"
         assert room.join("Ann").id == "03", "no number is given out again"
         assert b"Mia" not in (tmp_path / "class.json").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("order", "why"), [("teacher/remove", "removed"), ("teacher/end", "ended")], ids=["removed", "ended"]
+)
+def test_a_page_of_who_is_out_is_told_so_while_the_disk_hangs(room, monkeypatch, order, why):
+    mia, goes_on, store = room.join("Mia"), threading.Event(), ClassFolder.store
+    message = {"pupil": mia.id} if why == "removed" else {"password": PASSWORD}
+
+    def slow(files, data):
+        assert goes_on.wait(DEADLINE_S)
+        store(files, data)
+
+    monkeypatch.setattr(app, "_PUPIL_EVERY_S", 0.0)
+    with mia.open("class/stream") as page, ThreadPoolExecutor(1) as pool:
+        page.until("pupil")
+        assert mia.ask("class/hand", raised=True) == {}
+        # Behind this the page waits for the next change.
+        assert page.until("pupil")["hand"]
+        monkeypatch.setattr(ClassFolder, "store", slow)
+        going = pool.submit(room.teacher.ask, order, **message)
+        try:
+            assert page.until("goodbye") == {"why": why}
+        finally:
+            goes_on.set()
+        assert going.result() == {}
 
 
 def test_two_pupils_who_are_removed_at_once_are_both_gone(room, tmp_path, monkeypatch):

@@ -251,6 +251,7 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
     ),
     ("lesson", "server/request_filter.py"): (
         ("a-stream-that-is-over-is-logged", "if is_over and connection and not is_socket:", "if False:"),
+        ("sockets-are-counted-for-ever", "                alike.remove(socket)\n", "                pass\n"),
         ("other-sites-let-in", "if any(origin not in own for origin in origins) or (", "if ("),
         (
             "foreign-hosts",
@@ -261,12 +262,19 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
     ("lesson", "classroom/handlers.py"): (
         ("end-without-password", "        await self._check_password(client, password, now_s)\n        ", "        "),
         ("gifts-without-end", "        self._gifts.count(who, now_s)\n", ""),
-        ("who-is-out-stays-on-the-mat", "            self._running.mat.leave(owner)\n", ""),
-        ("a-key-works-twice", "            self._running.first_key = None\n", "            pass\n"),
+        ("who-is-out-stays-on-the-mat", "            running.mat.leave(owner)\n", ""),
+        ("a-key-works-twice", "            running.first_key = None\n", "            pass\n"),
         (
             "nobodys-pair-stays",
             "            self._room.part(lambda record: mend(record, number))\n",
             "            pass\n",
+        ),
+        ("a-slow-disk-hangs-up", "        running.show_changes()\n        for owner in", "        for owner in"),
+        (
+            "a-window-is-asked-for-early",
+            "        def store() -> int:\n            # Asked when the thread's turn has come: meanwhile the window "
+            "may be another's.\n            library = self._pairs.owned(who, pair, window).library\n",
+            "        library = self._pairs.owned(who, pair, window).library\n\n        def store() -> int:\n",
         ),
         (
             "a-stop-waits-for-cars",
@@ -283,6 +291,7 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
     ),
     ("lesson", "server/studio/library.py"): (
         ("version-base-ignored", "            check_base(name, base, newest)\n", ""),
+        ("other-stars-are-lost", "before | {mission: earned}", "{mission: earned}"),
     ),
     ("lesson", "server/studio/sessions.py"): (
         ("page-of-before-plays", "            if session.page is not page:\n                return\n", ""),
@@ -373,6 +382,7 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
         ),
     ),
     ("track", "drive/client.py"): (
+        ("a-silent-car-is-never-left", "if self._silent_s() > _LOST_S:", "if False:"),
         ("a-client-sends-into-silence", " or self._silent_s() > _SILENT_S:", ":"),
         (
             "a-stick-survives-a-stop",
@@ -457,6 +467,11 @@ _PLACES: dict[tuple[str, str], tuple[tuple[Any, ...], ...]] = {
             "no-silence-before-an-image",
             "yield from self._settle(SETTLE_MS)\n            self._last = ",
             "self._last = ",
+        ),
+        (
+            "an-old-car-s-refusal-says-nothing",
+            "                self.holds = held\n                return\n",
+            "                return\n",
         ),
         ("sent-before-it-is", "                sent(count)\n", "                sent(len(data))\n"),
     ),

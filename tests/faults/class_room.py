@@ -44,6 +44,8 @@ _MOST_WAITING_BYTES = 1 << 20
 EPOCH_S = 1_790_000_000.0
 # Of numbers from so many one in so many is drawn again: a class never sees that two pupils have one by chance.
 _LARGE, _AGAIN = 1000, 0.3
+# uvicorn looks ten times a second whether its server is to end; here nothing but the end of a program depends on it.
+_LOOK_S = 1.0
 # The files of a built page, by their addresses.
 FILES = {
     **{f"{name}.html": f"<title>{name}</title>" for name in ("index", "class", "drive")},
@@ -63,6 +65,12 @@ def page_folder() -> Path:
         (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_text(text, encoding="utf-8")
     return folder
+
+
+async def _seldom_look(server: uvicorn.Server) -> None:
+    """Do what `uvicorn.Server.main_loop` does, in fewer rounds."""
+    while not await server.on_tick(0):
+        await asyncio.sleep(_LOOK_S)
 
 
 class ClassComputer:
@@ -220,6 +228,7 @@ class ClassComputer:
                 # No process is started ahead.
                 (workers, "_waiting"): [None],
                 (uvicorn.Config, "configure_logging"): lambda config: None,
+                (uvicorn.Server, "main_loop"): _seldom_look,
             }
         )
 

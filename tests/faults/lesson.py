@@ -161,6 +161,8 @@ class Lesson(ClassComputer):
         self.gone: list[tuple[Browser, str, str]] = []
         self.pairs: list[LessonPair] = []
         self.paired = self.joined = 0
+        # Libraries of a pair that is being stored, and that nobody may come into any more.
+        self.begun: set[str] = set()
         self.title, self.is_open, self.stuck_minutes = "", True, 5
         self.addresses = self.first_addresses()
         self.missions: list[dict[str, Any]] = []

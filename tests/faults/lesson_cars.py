@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 CAR = "red"
 _PORT = 5005
+# The car's loop is looked at so often: half of the time after which it counts as stuck.
+_BEAT_MS = 100
 # A car that somebody may drive no more stands so soon: two periods of telemetry, and the way to it.
 _STANDS_S = 0.5
 _PERIOD_S = 0.05
@@ -440,6 +442,7 @@ def names(run: "Lesson") -> Replaced:
     return {
         (drive_session, "threading"): THREADS,
         (drive_server, "threading"): THREADS,
+        (drive_server, "_BEAT_MS"): _BEAT_MS,
         (drive_client, "random"): SimpleNamespace(uniform=run.random.uniform),
     }
 

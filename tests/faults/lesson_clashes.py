@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING, Any
 from tests.faults import lesson_doors, lesson_files, lesson_pairs, lesson_teacher, lesson_times, lesson_work
 from tests.faults.browsers import DONE, Browser
 from tests.faults.lesson_doors import AVATAR, WORK
-from tests.faults.lesson_pairs import paired_now
-from tests.faults.lesson_work import GIFTS, GIFTS_S
+from tests.faults.lesson_pairs import may_give, paired_now
 from tests.faults.pupils import PASSWORD
 
 if TYPE_CHECKING:
-    from tests.faults.lesson import Lesson, Pupil
+    from tests.faults.lesson import Lesson
 
 _CANT_STORE = ("cant-save", "class-not-stored", "undone-meanwhile")
 # Until the class has tried again to store what it could not, and pages show it.
@@ -130,7 +129,7 @@ async def _pair(run: "Lesson") -> None:
         for window in [window for window, owner in pair.owners.items() if owner is who]:
             message = {"pair": str(pair.number), "window": window, "base": pair.versions[window]}
             await _refused(run, who.browser, "class/pair/write", project=WORK | {"python": run.new_mark()}, **message)
-    free = [pupil for pupil in run.pupils if run.pair_of(pupil) is None and _may_give(run, pupil)]
+    free = [pupil for pupil in run.pupils if run.pair_of(pupil) is None and may_give(run, pupil)]
     if len(free) > 1:
         who, to = free[:2]
         who.gifts_s.append(run.world.now_s)
@@ -202,12 +201,6 @@ async def _both(run: "Lesson", promise: str, asked: list[tuple[Browser, str, dic
     return outcomes.index(DONE)
 
 
-def _may_give(run: "Lesson", pupil: "Pupil") -> bool:
-    """Whether a pupil may give something twice, or ask twice for a partner."""
-    recent = [when_s for when_s in pupil.gifts_s if run.world.now_s - when_s < GIFTS_S]
-    return len(recent) <= GIFTS - 2
-
-
 async def _take_at_once(run: "Lesson") -> None:
     free = [name for name, holder in run.holders.items() if holder is None]
     if not free or len(run.pupils) < 2:
@@ -219,7 +212,7 @@ async def _take_at_once(run: "Lesson") -> None:
 
 async def _ask_at_once(run: "Lesson") -> None:
     """Two ask a third one to work together."""
-    free = [pupil for pupil in run.pupils if run.pair_of(pupil) is None and _may_give(run, pupil)]
+    free = [pupil for pupil in run.pupils if run.pair_of(pupil) is None and may_give(run, pupil)]
     if len(free) < 3:
         return
     *two, third = run.random.sample(free, 3)
@@ -280,7 +273,7 @@ async def _save_at_once(run: "Lesson") -> None:
 
 async def _give_at_once(run: "Lesson") -> None:
     """One gets two projects of one name."""
-    givers = [pupil for pupil in run.pupils if pupil.projects and _may_give(run, pupil)]
+    givers = [pupil for pupil in run.pupils if pupil.projects and may_give(run, pupil)]
     if not givers or len(run.pupils) < 2:
         return
     giver = run.random.choice(givers)

@@ -36,7 +36,17 @@ NUMBER_TRIES, ADDRESS_TRIES = (10, 300.0), (60, 600.0)
 _MOST_DEVICES, _LEAST_PASSWORD, _MOST_PUPILS = 8, 8, 120
 # The mission whose stars pupils earn.
 MISSION = "forward-and-stop"
+# Missions whose solutions earn stars, and what a pupil brings from home: of each some, and one that there is not.
+STARRED = (MISSION, "round-the-corner")
+FROM_HOME = {MISSION: [1, 9], "round-the-corner": [2], "long-way": [3]}
 WORK: dict[str, Any] = {"leader": {}, "followers": None, "profile": "classroom"}
+
+
+def stars_of(pupil: "Pupil") -> dict[str, list[int]]:
+    """What a pupil has earned, or brought from home, by mission."""
+    home = {mission: {star for star in stars if star <= 3} for mission, stars in FROM_HOME.items() if pupil.imported}
+    known = {mission: {*home.get(mission, ()), *pupil.stars.get(mission, ())} for mission in home | pupil.stars}
+    return {mission: sorted(earned) for mission, earned in known.items() if earned}
 
 
 def too_many(run: "Lesson", tries_s: list[float], limit: tuple[int, float]) -> bool:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 from tests.faults.browsers import Browser
 from tests.faults.class_room import EPOCH_S
 from tests.faults.disk import Node
-from tests.faults.lesson_work import kept, stars_of
+from tests.faults.lesson_doors import stars_of
+from tests.faults.lesson_work import kept
 from tests.faults.pupils import PASSWORD
 
 from motorcade.classroom.folder import DRAFT, RECORD
@@ -139,7 +140,7 @@ def check_left(run: "Lesson") -> dict[str, Node]:
     except OSError:
         return {}
     found = {name_of(name) or name: node for name, node in folders.items()}
-    left = found.keys() - {owner for owner, _ in _libraries(run)}
+    left = found.keys() - {owner for owner, _ in _libraries(run)} - run.begun
     run.world.keep("ended-is-gone", not left, f"{left} is left")
     return found
 

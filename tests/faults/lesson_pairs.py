@@ -27,6 +27,12 @@ async def work_together(run: "Lesson") -> None:
         await act(run)
 
 
+def may_give(run: "Lesson", pupil: "Pupil") -> bool:
+    """Whether a pupil may give something twice, or ask twice for a partner."""
+    recent = [when_s for when_s in pupil.gifts_s if run.world.now_s - when_s < GIFTS_S]
+    return len(recent) <= GIFTS - 2
+
+
 def who_works(run: "Lesson") -> "Pupil | None":
     """Most often one of two who work together."""
     joined = [each for pair in run.pairs if len(pair.joined) > 1 for each in pair.joined]
@@ -143,10 +149,22 @@ async def open_next(run: "Lesson") -> None:
     message = {"pair": str(number), "name": "Parade", "project": project, "mission": {"id": "follow-me"}}
     await run.expect("own-work", who.browser, "class/pair/open", wanted, **message)
     if wanted == DONE and pair:
-        run.paired += 1
-        pair.number, pair.name, pair.conducted = run.paired, "Parade", None
-        pair.open(mark)
-        pair.mission = "follow-me"
+        _note_next(run, pair, mark)
+
+
+async def go_on(run: "Lesson", pair: "LessonPair", who: "Pupil") -> None:
+    """One of a pair opens the next mission for both."""
+    mark, project = work(run, *pair.members)
+    message = {"pair": str(pair.number), "name": "Parade", "project": project, "mission": {"id": "follow-me"}}
+    await run.expect("own-work", who.browser, "class/pair/open", DONE, **message)
+    _note_next(run, pair, mark)
+
+
+def _note_next(run: "Lesson", pair: "LessonPair", mark: str) -> None:
+    run.paired += 1
+    pair.number, pair.name, pair.conducted = run.paired, "Parade", None
+    pair.open(mark)
+    pair.mission = "follow-me"
 
 
 async def take_window(run: "Lesson") -> None:

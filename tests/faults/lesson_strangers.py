@@ -433,7 +433,24 @@ async def _flood_by(run: "Lesson", pupil: "Pupil", kind: str) -> None:
     await run.check_pages()
 
 
+async def come_and_go(run: "Lesson") -> None:
+    """A pupil's pages come and go, more often than there are places: none is used up, and a page that stays does."""
+    pupil = run.draw([each for each in run.pupils if each.page and not each.page.has_ended])
+    if pupil is None:
+        return
+    paths = ["trials", "upload", "serial", "/drive/ws", f"world?session={_KEY[:-2]}{pupil.id}"]
+    paths = [run.random.choice(paths)] * _MOST_SOCKETS if run.random.random() < 0.5 else paths * 2
+    for path in paths:
+        page = (await pupil.browser.open(path)).follow()
+        await asyncio.sleep(0.05)
+        run.world.keep("page-stays", not page.has_ended, "{} of {} is hung up", path, pupil.name)
+        page.close()
+        await asyncio.sleep(0.05)
+    await run.check_pages()
+
+
 ACTS = [
+    (0.5, come_and_go),
     (1.5, strangers_ask),
     (1.5, open_sockets),
     (0.6, fetch_files),

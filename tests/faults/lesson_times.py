@@ -3,7 +3,15 @@
 import asyncio
 from typing import TYPE_CHECKING, Any
 
-from tests.faults import lesson_cars, lesson_doors, lesson_files, lesson_luck, lesson_teacher, lesson_work
+from tests.faults import (
+    lesson_cars,
+    lesson_doors,
+    lesson_files,
+    lesson_luck,
+    lesson_pairs,
+    lesson_teacher,
+    lesson_work,
+)
 from tests.faults.browsers import DONE
 from tests.faults.lesson_doors import MISSION, WORK, wait_for_server
 from tests.faults.pupils import PASSWORD
@@ -87,25 +95,85 @@ async def late_body(run: "Lesson") -> None:
 
 
 async def late_job(run: "Lesson") -> None:
-    """A pupil is removed while the computer is busy with what the pupil stores: nothing comes back behind it."""
+    """The computer is busy with what a pupil asked for, and the pupil goes, or the one for whom it is: it isn't done.
+
+    Nothing comes back behind who has gone.
+    """
     pupil = run.draw(run.pupils)
     if pupil is None or run.loop is None:
         return
+    other = run.draw([each for each in run.pupils if each is not pupil])
+    project = WORK | {"python": run.new_mark()}
     requests: list[tuple[str, dict[str, Any]]] = [
-        ("class/draft/write", {"name": "late", "project": WORK | {"python": run.new_mark()}}),
-        ("projects/write", {"name": "late", "project": WORK | {"python": run.new_mark()}}),
+        ("class/draft/write", {"name": "late", "project": project}),
+        ("projects/write", {"name": "late", "project": project}),
     ]
+    if other and lesson_pairs.may_give(run, pupil):
+        if pupil.projects:
+            requests += [("class/give", {"to": other.id, "name": next(iter(pupil.projects))})] * 2
+        if run.pair_of(pupil) is None and run.pair_of(other) is None:
+            requests += [("class/pair/begin", {"to": other.id, "name": "Parade", "project": project})] * 2
     name, message = run.random.choice(requests)
-    tab = run.twin(pupil.browser)
+    goes, tab = pupil, run.twin(pupil.browser)
+    if other and "to" in message:
+        pupil.gifts_s.append(run.world.now_s)
+        goes = run.random.choice((pupil, other, other))
+    if name == "class/pair/begin":
+        run.begun = {f"pair-{run.paired + 1}"}
     run.loop.late_s = 1.0
     storing = asyncio.create_task(tab.ask(name, **message))
+    # Before the first job, or between it and the next one; a project of who goes then was given before.
+    is_given = name == "class/give" and goes is pupil
+    await asyncio.sleep(0.05 if is_given or run.random.random() < 0.5 else 1.05)
+    run.loop.late_s = 0.0
+    is_over = storing.done()
+    await out(run, goes)
+    outcome, _ = await storing
+    run.world.keep("out-is-out", is_over or outcome != DONE, f"{name} of or for a pupil who is out is done")
+    run.paired = await lesson_pairs.paired_now(run)
+    await asyncio.sleep(1.2)
+    run.begun.clear()
+    lesson_files.check_left(run)
+    lesson_files.check_settled(run)
+
+
+async def late_window(run: "Lesson") -> None:
+    """The computer is busy with what a pupil stores in a window, which isn't the pupil's any more when it is done."""
+    pair = run.draw([pair for pair in run.pairs if len(pair.joined) > 1])
+    if pair is None:
+        await lesson_pairs.work_together(run)
+        pair = run.draw([pair for pair in run.pairs if len(pair.joined) > 1])
+    if pair is None or run.loop is None:
+        return
+    who, other = run.random.sample(pair.joined, 2)
+    window = run.random.choice(sorted(pair.owners))
+    for pupil, wants in ((pair.owners[window], False), (who, True)):
+        if pupil:
+            await run.expect("own-work", pupil.browser, "class/pair/take", DONE, window=window, wants=wants)
+    pair.owners[window], pair.asks = who, None
+    base, project = pair.versions[window], WORK | {"python": run.new_mark()}
+    message = {"pair": str(pair.number), "window": window, "project": project, "base": base}
+    tab = run.twin(who.browser)
+    run.loop.late_s = 1.0
+    storing = asyncio.create_task(tab.ask("class/pair/write", **message))
     await asyncio.sleep(0.05)
     run.loop.late_s = 0.0
-    await lesson_teacher.remove_pupil(run, pupil)
+    way = run.random.choice(("free", "another's", "left", "went on"))
+    wanted = {"left": "not-in-a-pair", "went on": "pair-went-on"}.get(way, "window-is-free")
+    if way in ("free", "another's"):
+        await run.expect("own-work", who.browser, "class/pair/take", DONE, window=window, wants=False)
+        pair.owners[window] = None
+    if way == "another's":
+        await run.expect("own-work", other.browser, "class/pair/take", DONE, window=window, wants=True)
+        pair.owners[window], wanted = other, "window-of-another"
+    if way == "left":
+        await lesson_pairs.leave_pair(run, who)
+    if way == "went on":
+        await lesson_pairs.go_on(run, pair, other)
     outcome, _ = await storing
-    run.world.keep("out-is-out", outcome != DONE, f"{name} of a pupil who is out is done")
-    await asyncio.sleep(1.0)
-    lesson_files.check_left(run)
+    run.world.keep("own-work", outcome == wanted, f"a window that is {way} is stored: {outcome}")
+    await asyncio.sleep(1.2)
+    lesson_files.check(run)
 
 
 async def out(run: "Lesson", pupil: "Pupil") -> None:
@@ -143,7 +211,7 @@ async def come_up(run: "Lesson") -> None:
         pupil.hand, pupil.gifts_s, pupil.pages, pupil.opened = False, [], [], None
         pupil.left_s = run.world.now_s
         if pupil.imported:
-            pupil.stars = {MISSION: sorted({1, *pupil.stars.get(MISSION, ())})}
+            pupil.stars = lesson_doors.stars_of(pupil)
     for pair in run.pairs:
         pair.conducted = None
     await run.open_pages()
@@ -337,7 +405,8 @@ async def end(run: "Lesson") -> None:
 
 ACTS = [
     (2.5, late_body),
-    (0.4, late_job),
+    (0.5, late_job),
+    (0.5, late_window),
     (0.6, restart),
     (0.4, rot),
     (0.8, rest),

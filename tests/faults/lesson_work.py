@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import to_builtins
 from tests.faults.browsers import DONE
-from tests.faults.lesson_doors import MISSION, WORK
+from tests.faults.lesson_doors import FROM_HOME, MISSION, STARRED, WORK, stars_of
 from tests.faults.system import Replaced
 
 from motorcade import Program, compile_program, forward, left
@@ -66,12 +66,6 @@ def kept(versions: list[str]) -> list[str]:
 def is_full(pupil: "Pupil") -> bool:
     """Whether a pupil can begin no project any more."""
     return len(pupil.projects) >= LIMITS.projects
-
-
-def stars_of(pupil: "Pupil") -> dict[str, list[int]]:
-    """What a pupil has earned, or brought from home, by mission."""
-    known = pupil.stars | ({MISSION: sorted({1, *pupil.stars.get(MISSION, ())})} if pupil.imported else {})
-    return {mission: earned for mission, earned in known.items() if earned}
 
 
 # The own library.
@@ -234,7 +228,7 @@ async def export_and_import(run: "Lesson") -> None:
         saved = await run.expect("as-asked", pupil.browser, "save-text", DONE, **project)
         versions = [{"saved_at": "2026-01-01T00:00:00.000Z", "text": saved["text"]}]
         more = {"format": "motorcade-projects/1", "projects": [{"name": "from home", "versions": versions}]}
-        more["stars"] = {MISSION: [1, 9]}
+        more["stars"] = FROM_HOME
         await run.expect("as-asked", pupil.browser, "projects/import", DONE, text=json.dumps(more))
         if "from home" not in pupil.projects:
             pupil.projects["from home"] = [mark]
@@ -252,13 +246,15 @@ async def check_stars(run: "Lesson") -> None:
     pupil = run.draw(run.pupils)
     if pupil is None:
         return
-    program = run.random.choice((SOLVES, FAILS))
-    message = {"mission": {"id": MISSION}, "leader": solution(program)}
-    answer = await run.expect("as-asked", pupil.browser, "missions/check", DONE, **message)
-    run.world.keep("as-asked", bool(answer["stars"]) == (program is SOLVES), f"a program earns {answer['stars']}")
-    before = set(pupil.stars.get(MISSION, ())) | ({1} if pupil.imported else set())
-    pupil.stars[MISSION] = sorted({*answer["stars"], *before})
-    run.world.keep("answered-stays", answer["earned"] == pupil.stars[MISSION], f"{answer['earned']}: {pupil.stars}")
+    for mission in run.random.sample(STARRED, run.random.choice((1, 2))):
+        solves = chosen_mission(MissionChoice(id=mission)).solution
+        program = run.random.choice((solves, FAILS))
+        message = {"mission": {"id": mission}, "leader": solution(program)}
+        answer = await run.expect("as-asked", pupil.browser, "missions/check", DONE, **message)
+        run.world.keep("as-asked", bool(answer["stars"]) == (program is solves), f"a program earns {answer['stars']}")
+        pupil.stars[mission] = sorted({*answer["stars"], *stars_of(pupil).get(mission, ())})
+        is_so = answer["earned"] == pupil.stars[mission]
+        run.world.keep("answered-stays", is_so, f"{answer['earned']}: {pupil.stars}")
     progress = await run.expect("as-asked", run.teacher, "teacher/progress", DONE)
     known = {each.id: stars_of(each) for each in run.pupils}
     run.world.keep("answered-stays", progress["stars"] == known, "the teacher sees {}", progress["stars"])

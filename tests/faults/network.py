@@ -57,11 +57,14 @@ class Link:
         for socket in list(self.sockets):
             socket.fail(ECONNRESET)
 
-    def forget_one_end(self) -> None:
-        """Break all connections so that only one end knows: the other finds out when it sends, or never."""
+    def forget_one_end(self, first: bool = True) -> None:
+        """Break all connections so that only one end knows: the other finds out when it sends, or never.
+
+        ``first``: whether those know who connected, or those who accepted.
+        """
         self._note("half-open")
         for socket in list(self.sockets):
-            if socket.is_first:
+            if socket.is_first == first:
                 socket.vanish()
 
     def arrival_s(self, chance: Random) -> float:

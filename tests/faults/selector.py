@@ -78,9 +78,13 @@ class Selector(SelectSelector):
         return self._ready()
 
     def _ready(self) -> list[tuple[SelectorKey, int]]:
-        ready = []
+        ready: list[tuple[SelectorKey, int]] = []
+        if not self._changed:
+            return ready
+        # Not by `get_key`, which looks for a number among all of them.
+        keys = self._fd_to_key  # type: ignore[attr-defined]
         for number in list(self._changed):
-            key, file = self.get_key(number), self._world.files[number]
+            key, file = keys[number], self._world.files[number]
             events = (EVENT_READ if file.is_readable else 0) | (EVENT_WRITE if file.is_writable else 0)
             if events & key.events:
                 ready.append((key, events & key.events))

@@ -29,6 +29,18 @@ _REASONS = (
     ("other-uploader", "no-answer-at-address", "neither"),
     ("last-answer", "no-answer-at-address", "either"),
 )
+# The same of a car that knows no check requests: what it does with the images, the last of them again and again; what
+# is said; and what it holds, where it refuses such requests, and where it takes them for a program.
+_OLD_REASONS = (
+    (("mute",), "no-answer-at-address", ("unknown", "unknown")),
+    (("refuses",), "mismatch", ("old", "neither")),
+    (("cant-store",), "refused", ("old", "neither")),
+    (("too-large",), "refused", ("old", "neither")),
+    (("other-checksum",), "mismatch", ("neither", "neither")),
+    (("other-checksum", "cant-store"), "refused", ("neither", "neither")),
+    (("mute", "cant-store"), "refused", ("unknown", "unknown")),
+    (("stores-hangs-up",), "connection-broke", ("unknown", "unknown")),
+)
 # Another upload will change what the car has; or what answers shows itself as something else.
 _UNHELD = ("car-busy", "runs-something-else")
 # So long a board sends when it starts.
@@ -108,20 +120,29 @@ async def say_why(run: "Shelf") -> None:
         if fault == "last-answer":
             # It stores the image, and a bridge says again and again what it said before.
             car.checks, car.images = ["", *[fault] * 9], ["stores-mute"] * 9
-        retries: list[Phrase] = []
-        try:
-            await run.in_thread(
-                lambda again=retries: serial_port.upload("socket://car:7001", image, BAUD, retrying=again.append)
-            )
-        except MotorcadeError as problem:
-            phrase = problem.details.get("holds")
-            told = problem.code, phrase.key.removeprefix("car-holds-") if phrase else ""
-            run.keep("says-why", told == (code, holds), f"{fault}: {told} in place of {code}, {holds}")
-        else:
-            run.keep("verified", False, f"an upload succeeds behind {fault}")
+        retries = await _fail(run, image, fault, (code, holds))
         is_final = fault in ("cant-store", "too-large")
         run.keep("upload-ends", not (is_final and retries), f"behind {fault} it is tried again: {retries}")
+    car.knows_no_checks, car.checks = True, []
+    for faults, code, old_holds in run.random.sample(_OLD_REASONS, 3):
+        car.takes_requests = run.random.random() < 0.5
+        car.images, car.held = [*faults, *faults[-1:] * 9], car.first
+        await _fail(run, image, " and ".join(faults), (code, old_holds[car.takes_requests]))
     car.end()
+
+
+async def _fail(run: "Shelf", image: bytes, fault: str, wanted: tuple[str, str]) -> list[Phrase]:
+    """Upload to a car at which that fails; return how it was tried again. ``wanted``: the code, and what it holds."""
+    retries: list[Phrase] = []
+    try:
+        await run.in_thread(lambda: serial_port.upload("socket://car:7001", image, BAUD, retrying=retries.append))
+    except MotorcadeError as problem:
+        phrase = problem.details.get("holds")
+        told = problem.code, phrase.key.removeprefix("car-holds-") if phrase else ""
+        run.keep("says-why", told == wanted, f"{fault}: {told} in place of {wanted}")
+    else:
+        run.keep("verified", False, f"an upload succeeds behind {fault}")
+    return retries
 
 
 async def no_answer(run: "Shelf") -> None:

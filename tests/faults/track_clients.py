@@ -3,11 +3,12 @@
 import asyncio
 import struct
 from collections import Counter
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
 from tests.faults.loop import SimulatedLoop
-from tests.faults.network import Socket
+from tests.faults.network import Link, Socket
 from tests.faults.track_car import COMMANDS, FAILSAFE_S, TELEMETRY, Track
 from tests.faults.world import Process
 
@@ -134,19 +135,34 @@ async def hear_nothing(run: Track) -> None:
             await asyncio.sleep(0.1)
         await _hold(run, client, 0.5, 1.0)
         run.keep("drives-again", board.speed > 0, "nobody can drive after a stall")
-        link.cut()
-        cut_s = run.world.now_s
-        await _hold(run, client, 0.5, 2.5)
-        if rearm:
-            run.keep("drives-again", board.speed > 0, "a client doesn't connect again")
-        else:
-            run.keep("held-stick", not heard.moves_since(cut_s), "a stick that was held while a connection broke")
-            await _hold(run, client, 0.0, 0.2)
-            await _hold(run, client, 0.5, 1.5)
+        for lose, seen_s, within_s in run.random.sample(_losses(run, link), 2):
+            lose()
+            seen_s += run.world.now_s
+            await _hold(run, client, 0.5, within_s)
+            if not rearm:
+                run.keep("held-stick", not heard.moves_since(seen_s), "a stick that was held while a connection broke")
+                await _hold(run, client, 0.0, 0.2)
+                await _hold(run, client, 0.5, 1.5)
             run.keep("drives-again", board.speed > 0, "a client doesn't connect again")
         early_s = heard.moves_early()
         run.keep("no-old-command", not early_s, f"a client moves the wheels before it answers a clock: {early_s}")
         await client.end()
+
+
+def _losses(run: Track, link: Link) -> list[tuple[Callable[[], object], float, float]]:
+    """In which ways the connections to a car end, when a client knows that, and when its driver can drive again.
+
+    A driver who hears nothing for two seconds connects anew, and waits for at most three until that is done.
+    """
+    car = next(process for process in reversed(run.world.processes) if process.name == "car")
+    silent_s = _SILENT_S + 3 * _PERIOD_S
+    return [
+        (link.cut, 0.0, 2.5),
+        (link.forget_one_end, 0.0, 2.5),
+        (lambda: link.forget_one_end(first=False), silent_s, 5.0),
+        (lambda: link.stall(4.0), silent_s, 9.0),
+        (lambda: car.freeze(3.0), silent_s, 8.0),
+    ]
 
 
 class _Flooding(asyncio.Protocol):

@@ -106,18 +106,19 @@ class Handlers:
     @request("teacher/first-password", is_open=True, stores=True)
     async def set_first_password(self, asks: Asks, client: str, key: Secret, password: Secret, now_s: float) -> None:
         """Set the password, and sign in; ``key`` stands behind ``/teacher#`` in the address that the command prints."""
+        running = self._running
         # One after the other: another request may have the same key.
-        async with self._running.hashing:
+        async with running.hashing:
             self._room.of_an_address.check(client, now_s)
-            first_key = self._running.first_key
+            first_key = running.first_key
             if first_key is None or not secrets.compare_digest(key.encode(), first_key.encode()):
                 raise self._room.refuse(client, now_s, MotorcadeError("wrong-first-key"))
             check_password(password)
             stored = await to_thread.run_sync(to_stored, password, os.urandom(_SALT_BYTES))
             self._room.set_password(stored)
-            await self._running.settle()
+            await running.settle()
             # It works once.
-            self._running.first_key = None
+            running.first_key = None
             self._sign_in(asks)
 
     @request("teacher/sign-in", is_open=True)
@@ -286,7 +287,7 @@ class Handlers:
             if pair and who in pair.joined:
                 copied = await to_thread.run_sync(self._copy_of_pair, pair, who)
         except MotorcadeError:
-            copied = ""
+            pass
         finally:
             if pair:
                 self._pairs.leave(who, pair.id)
@@ -345,13 +346,16 @@ class Handlers:
 
     async def _delete_libraries(self) -> None:
         """Delete the libraries of all who are out. They are out also where that isn't possible."""
+        running = self._running
+        # A slow disk may take longer than the pages of who is out stay open.
+        running.show_changes()
         for owner in self._room.record.removed:
-            self._running.mat.leave(owner)
+            running.mat.leave(owner)
             self._worlds.end(owner, MotorcadeError("class-session-needed"))
         with suppress(MotorcadeError):
-            await self._running.settle()
+            await running.settle()
         # Where the disk is full, this makes room.
-        await self._running.delete_libraries()
+        await running.delete_libraries()
 
     @request("teacher/hand-out", stores=True)
     async def hand_out(
