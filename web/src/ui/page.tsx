@@ -73,7 +73,7 @@ function SettingsSheet({ children }: { children: ReactNode }) {
             </option>
           ))}
         </Choice>
-        <Problem text={problem} />
+        {problem && <Problem text={problem} />}
         {children}
       </div>
     </details>
