@@ -5,7 +5,7 @@ import { type EditorName, EDITORS } from "../api/types";
 import { say, useTexts } from "../i18n";
 import { notify } from "../state/dialogs";
 import { isForeign, usePair } from "../pair/store";
-import { endEdit, record, useHistory } from "../state/history";
+import { endEdit, record, undoEnds, useHistory } from "../state/history";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { endAll, listen, watchSize } from "../ui/areas";
@@ -18,7 +18,7 @@ import { watchDecisions } from "./decided";
 import { drawInView } from "./inView";
 import { forgetMarks, markDiagnostics, markBlocks, markLoose } from "./marks";
 import { parkFollowers, recordFollowers, unparkFollowers } from "./rows";
-import { createWorkspace, disposeWorkspace, fill, read, workspaceOf } from "./workspaces";
+import { createWorkspace, disposeWorkspace, fill, liveWorkspaces, read, workspaceOf } from "./workspaces";
 import css from "./blocks.module.css";
 import areas from "../ui/areas.module.css";
 import { classes } from "../ui/classes";
@@ -50,17 +50,18 @@ function noteUndo(editor: EditorName, group: string): void {
   const key = `${editor} ${group}`;
   if (group && useHistory.getState().done.at(-1)?.key === key) return;
   endEdit();
-  record({ key, undo: () => step(editor, false), redo: () => step(editor, true) });
+  record({ key, undo: () => workspaceOf(editor)?.undo(false), redo: () => workspaceOf(editor)?.undo(true) });
 }
 
-/** Undo or redo. A block that is being moved is put back before: Blockly would fail to take it away, and keep it for ever. */
-function step(editor: EditorName, forward: boolean): void {
+/** Put a block back that the mouse or the arrow keys move now: Blockly fails to undo it meanwhile, and keeps it for ever. */
+function putBack(): boolean {
   const { mover } = Blockly.KeyboardMover;
-  if (mover.isMoving()) mover.abortMove();
-  const workspace = workspaceOf(editor);
-  workspace?.cancelCurrentGesture();
-  workspace?.undo(forward);
+  if (mover.isMoving()) return mover.abortMove();
+  const moving = liveWorkspaces().find(([, workspace]) => workspace.isDragging());
+  moving?.[1].cancelCurrentGesture();
+  return moving !== undefined;
 }
+undoEnds(putBack);
 
 /** Above blocks that this page only shows: who makes them. */
 function Owner({ editor }: { editor: EditorName }) {
