@@ -324,8 +324,9 @@ def test_a_world_that_takes_long_goes_on_in_steps_that_are_short_for_the_others(
     with server(tmp_path, clock=lambda: float(next(seconds))) as client, page(client) as mine:
         tick_ms = mine.set()["tick_ms"]
         mine.send("play", speed=16)
-        times_ms = [mine.until("picture").t_ms for _ in range(40)]
-        assert tick_ms in {later - earlier for earlier, later in pairwise(times_ms)}
+        # A page that a busy computer wakes late misses pictures, but hardly all of a thousand.
+        times_ms = (mine.until("picture").t_ms for _ in range(1000))
+        assert any(later - earlier == tick_ms for earlier, later in pairwise(times_ms))
 
 
 @mock_clock
