@@ -269,6 +269,7 @@ class _Nothing:
     def __init__(self, of: Socket) -> None:
         self.received = b""
         self.address = ("?", 0)
+        self.options: dict[tuple[int, int], int] = {}
         self.changed_by_peer = lambda: None
 
 
