@@ -223,7 +223,8 @@ class Fleet:
         """A car is found by its address and by its name, unless another one says that it has that name."""
         (found,) = fleet.named([contact.place.address])
         self.world.keep("found", found is contact, f"{contact.place.address} is {found.place}")
-        alike = [each for each in fleet.contacts.values() if each.name == car.name and not each.status().away]
+        # One that is away now may be the one that is meant.
+        alike = [other for other in fleet.contacts.values() if other.name == car.name and other.has_answered]
         try:
             (found,) = fleet.named([car.name])
         except MotorcadeError as problem:

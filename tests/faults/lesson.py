@@ -415,7 +415,8 @@ class Lesson(ClassComputer):
             self._check_age(f"since {pupil.name} is away", row["away_s"], not pupil.pages and pupil.left_s)
             stuck_s = row["stuck_s"]
             # The class looks once a second; a minute is the least that can be set.
-            is_so = stuck_s is None or (bool(pupil.opened and pupil.pages) and stuck_s >= 60)
+            is_here = bool(pupil.pages) or self.world.now_s - pupil.left_s <= 1.0
+            is_so = stuck_s is None or (bool(pupil.opened) and is_here and stuck_s >= 60)
             self.world.keep("shows-what-is", is_so, f"{pupil.name} is stuck: {row}")
         self.world.keep("shows-what-is", len(rows) == len(self.pupils), f"rows of {list(rows)}")
         own = {"title": self.title, "code": self.code, "is_open": self.is_open, "stuck_minutes": self.stuck_minutes}
