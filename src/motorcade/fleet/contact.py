@@ -266,7 +266,7 @@ class Contact:
                 self.is_known.set()
             else:
                 missed = 0
-        # A car that hangs is one still: it may be reset.
+        # What has answered once is a car, also while it hangs.
         if link.is_strange or not (self.place.host or link.heard or self.has_answered):
             raise NoCarError("no-car-at-port", port=self.place.address)
         raise CarAwayError("car-away", car=self.name)

@@ -18,7 +18,7 @@ test.each([
   expect(await textOf(new Blob([bytes]))).toBe(TEXT);
 });
 
-test("a film is refused unread, and a file on a stick that was pulled is no surprise", async () => {
+test("a file that is too large is refused unread, and one that can not be read is told apart", async () => {
   const film = Object.defineProperty(new Blob(), "size", { value: 3 * 2 ** 30 });
   await expect(textOf(film)).rejects.toEqual(new UnreadableFileError("tooLarge"));
   const gone = Object.assign(new Blob(["{}"]), { arrayBuffer: () => Promise.reject(new DOMException("gone", "NotReadableError")) });

@@ -1,4 +1,4 @@
-/** Files of ours are smaller; a page that reads a film ends. */
+/** All files of Motorcade are smaller; a film would use up the memory of the page. */
 const MOST_MB = 32;
 
 /** A file that the page can't read: it is too large, or it is gone, locked or on a stick that was pulled. */

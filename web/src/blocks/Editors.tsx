@@ -5,7 +5,7 @@ import { type EditorName, EDITORS } from "../api/types";
 import { say, useTexts } from "../i18n";
 import { notify } from "../state/dialogs";
 import { isForeign, usePair } from "../pair/store";
-import { endEdit, record, undoEnds, useHistory } from "../state/history";
+import { endEdit, endMovesBy, record, useHistory } from "../state/history";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { endAll, listen, watchSize } from "../ui/areas";
@@ -53,15 +53,15 @@ function noteUndo(editor: EditorName, group: string): void {
   record({ key, undo: () => workspaceOf(editor)?.undo(false), redo: () => workspaceOf(editor)?.undo(true) });
 }
 
-/** Put a block back that the mouse or the arrow keys move now: Blockly fails to undo it meanwhile, and keeps it for ever. */
-function putBack(): boolean {
+/** End the move of a block by the mouse or the arrow keys: Blockly can't undo a block that is being moved, and keeps it for ever. */
+function endMove(): boolean {
   const { mover } = Blockly.KeyboardMover;
   if (mover.isMoving()) return mover.abortMove();
   const moving = liveWorkspaces().find(([, workspace]) => workspace.isDragging());
   moving?.[1].cancelCurrentGesture();
   return moving !== undefined;
 }
-undoEnds(putBack);
+endMovesBy(endMove);
 
 /** Above blocks that this page only shows: who makes them. */
 function Owner({ editor }: { editor: EditorName }) {

@@ -42,17 +42,17 @@ export function forgetEdits(): void {
   useHistory.setState(EMPTY);
 }
 
-/** Puts back what a hand holds, such as a block that is being moved; answers whether it holds anything. */
-let putBack = (): boolean => false;
+/** Ends a move that goes on, such as that of a block; answers whether there was one. */
+let endMove = (): boolean => false;
 
-/** Say what puts back what a hand holds: an undo meanwhile ends the move, and nothing else. */
-export function undoEnds(move: () => boolean): void {
-  putBack = move;
+/** Say how a move is ended: an undo or a redo meanwhile ends the move, and does nothing else. */
+export function endMovesBy(end: () => boolean): void {
+  endMove = end;
 }
 
 /** Take the newest edit from one list to the other. */
 function step(from: keyof History, to: keyof History, act: "undo" | "redo"): void {
-  if (putBack()) return;
+  if (endMove()) return;
   const edits = useHistory.getState();
   const edit = edits[from].at(-1);
   joins = false;
