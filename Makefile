@@ -56,6 +56,9 @@ wheel: page ## the package with its page, into dist; other computers install it 
 site: page ## the studio as static files, into build/studio
 	$(BIN)/motorcade site -o build/studio
 
+# A test that hangs ends its process, and the run: another process would only begin the same test.
+PARALLEL := --numprocesses auto --dist loadfile --no-loadscope-reorder --max-worker-restart 0
+
 # Which tests are quick: they need no browser, chip or network.
 QUICK := tests/words tests/car tests/program tests/config tests/test_architecture.py tests/test_locales.py \
 	tests/drive/test_wire.py tests/drive/test_deadman.py tests/drive/test_stamps.py
@@ -69,10 +72,10 @@ quick: setup ## lint, types, and the tests of words, cars, programs and driving 
 test: setup
 	@# Debian's packages are fetched, and the tests compiled, while the page's own tests run. Tests that need packages wait.
 	$(BIN)/python -m scripts.debian & $(BIN)/python -m pytest --collect-only > /dev/null & $(BIN)/python hatch_build.py test
-	$(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
+	$(BIN)/python -m pytest $(PARALLEL)
 
 soak: $(MORE) ## the same tests with many more examples; then bytes made by a fuzzer, and code that is changed; slow
-	$(BIN)/python -m pytest --hypothesis-profile soak --numprocesses auto --dist loadfile --no-loadscope-reorder
+	$(BIN)/python -m pytest --hypothesis-profile soak --override-ini faulthandler_timeout=0 $(PARALLEL)
 	$(BIN)/python -m tests.fuzz --seconds 300
 	$(BIN)/python -m tests.mutants
 	$(BIN)/python -m tests.mutants servers --count 200

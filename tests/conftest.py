@@ -163,7 +163,28 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
             terminalreporter.write_sep("!", text, red=True, bold=True)
     for each in terminalreporter.getreports("rerun"):
         terminalreporter.write_sep("!", f"ran twice, since it failed at first: {each.nodeid}", red=True, bold=True)
-        terminalreporter.write_line(each.longreprtext)
-        for title, text in each.sections:
-            terminalreporter.write_sep("-", title)
-            terminalreporter.write_line(text)
+
+
+class FailuresAtOnce:
+    """Tells of each failure when it happens: a run that something ends from outside never comes to its summary."""
+
+    def __init__(self, terminal: Any) -> None:
+        self._terminal = terminal
+
+    def pytest_runtest_logreport(self, report: Any) -> None:
+        """Print what failed, also where it runs once more."""
+        if report.outcome not in ("failed", "rerun"):
+            return
+        self._terminal.ensure_newline()
+        self._terminal.write_sep("!", f"{report.outcome} in {report.when}: {report.nodeid}", red=True, bold=True)
+        self._terminal.write_line(report.longreprtext)
+        for title, text in report.sections:
+            self._terminal.write_sep("-", title)
+            self._terminal.write_line(text)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_configure(config: pytest.Config) -> None:
+    """Let the process that prints tell of failures at once."""
+    if terminal := config.pluginmanager.get_plugin("terminalreporter"):
+        config.pluginmanager.register(FailuresAtOnce(terminal))

@@ -72,7 +72,8 @@ def test_a_run_that_is_broken_off_anywhere_goes_on_with_equal_bits(name: str) ->
     lines = lines_until_interrupted(lambda: made(name).run(ticks * TICK_MS), -1)
     # Without kernels each world takes ten times as long.
     step = 1 if SOAK else max(lines // (15 if "plain" in name.lower() else 60), 1)
-    for at in range(1, lines, step):
+    # At the end, where threads are waited for, each line counts.
+    for at in (*range(1, lines, step), *range(max(lines - 5, 1), lines)):
         world = made(name)
         lines_until_interrupted(partial(world.run, ticks * TICK_MS), at)
         assert begun_ms <= world.now_ms <= begun_ms + ticks * TICK_MS

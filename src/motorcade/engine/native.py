@@ -244,7 +244,8 @@ class Crew:
     """Threads of the pool that do some work.
 
     Python raises KeyboardInterrupt, and what other handlers of signals raise, in the main thread alone. So these
-    threads end what they have begun, and the main thread can wait for that however often it is interrupted.
+    threads end what they have begun, and the main thread can wait for that however often it is interrupted. They alone
+    take the lock.
 
     Args:
         work: what each of them calls.
@@ -266,13 +267,13 @@ class Crew:
 
     def _begin(self) -> None:
         with self._lock:
-            if self._is_closed:
-                return
             self._working += 1
-        try:
-            self._work()
-        except BaseException as problem:  # noqa: BLE001 - the thread that waits raises it
-            self._problem = problem
+        # After it counts: whoever closed the crew before this line waits for this thread, which does nothing.
+        if not self._is_closed:
+            try:
+                self._work()
+            except BaseException as problem:  # noqa: BLE001 - the thread that waits raises it
+                self._problem = problem
         with self._lock:
             self._working, self._has_ended = self._working - 1, True
         self._ends.put(None)
@@ -286,8 +287,8 @@ class Crew:
 
     def close(self) -> None:
         """Let no more threads begin, and wait until those that have begun end."""
-        with self._lock:
-            self._is_closed = True
+        # Without the lock: an exception may break off this thread where it leaves a `with`, and would keep it locked.
+        self._is_closed = True
         while self._working:
             self._wait_for_an_end()
         # The work may hold the world that holds its crew, and a world's memory is to be free at once.
