@@ -67,7 +67,7 @@ def page_built(chromium_path: Path, page_lock: FileLock) -> None:
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> Generator[None, Any, Any]:
     """Add to a failure what each open page showed, without which one on another machine can't be understood."""
     report = yield
-    if call.excinfo is not None and call.when == "call":
+    if call.excinfo is not None and call.when != "teardown":
         for context in getattr(getattr(item, "funcargs", {}).get("browser"), "contexts", ()):
             for page in context.pages:
                 try:

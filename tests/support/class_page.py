@@ -18,6 +18,9 @@ from support.world_page import WorldPage
 HERE = "http://192.168.1.5:7710"
 FIRST_KEY, PASSWORD = "a-first-key", "correct horse"
 PROJECT: dict[str, Any] = {"leader": {}, "followers": None, "profile": "classroom"}
+# How a request that changes the class fails on a full disk: the second where the class's clock could store nothing
+# while the request was under way, and undid what it had changed.
+NOT_STORED = ("cant-save", "undone-meanwhile")
 
 
 def no_room(path, data):
