@@ -13,12 +13,14 @@ from hypothesis import strategies as st
 
 from motorcade import (
     Followers,
+    MotorcadeError,
     Program,
     ProgramError,
     compile_program,
     forward,
     led,
     left,
+    load_profile,
     pir,
     read_program,
     repeat,
@@ -223,3 +225,24 @@ def test_python_refuses_a_wrong_value_with_a_sentence(make: Callable[[], object]
 def test_python_refuses_what_is_no_step(make: Callable[[object], object]) -> None:
     with pytest.raises((TypeError, ValueError), match="step 1 is 'wait'"):
         make("wait" if make is not Followers else ["wait"])
+
+
+@pytest.mark.parametrize("make", [Program, Followers, lambda each: Program([forward(1)], each)])
+@pytest.mark.parametrize("steps", [forward(1), 3, print])
+def test_python_says_that_steps_come_in_a_list(make: Callable[[object], object], steps: object) -> None:
+    with pytest.raises(TypeError, match="put steps into a list"):
+        make(steps)
+
+
+@pytest.mark.parametrize(
+    ("give", "said"),
+    [
+        (lambda: compile_program([forward(1)]), "program is [DriveStep"),  # type: ignore[arg-type]
+        (lambda: compile_program(Program([forward(1)]), "classroom"), "profile is 'classroom'; allowed: Profile"),  # type: ignore[arg-type]
+        (lambda: read_program(Path("parade.json")), "allowed: bytes, str"),  # type: ignore[arg-type]
+        (lambda: load_profile(Path("mine.toml")), "allowed: str"),  # type: ignore[arg-type]
+    ],
+)
+def test_python_names_an_argument_of_another_kind(give: Callable[[], object], said: str) -> None:
+    with pytest.raises(MotorcadeError, match=re.escape(said)):
+        give()

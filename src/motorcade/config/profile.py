@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from motorcade.car.board import make_levels
+from motorcade.config.arguments import instance_of
 from motorcade.config.check import Schema, choice, flag, list_of, load, table, whole
 from motorcade.config.files import parse, read_text
 from motorcade.devices import DEVICES
@@ -214,7 +215,7 @@ def load_profile(name: str, folder: Path = Path()) -> Profile:
 
     Raises MotorcadeError where it isn't there or isn't valid.
     """
-    if not name.endswith(".toml"):
+    if not instance_of(str, "name", name).endswith(".toml"):
         return built_in_profile(name)
     path = folder / name
     file = Phrase("profile-file", name=name[:40])

@@ -92,7 +92,10 @@ def install(
         needed_version = NEEDED_VERSION
         if "keys" in settings:
             needed_version = KEYS_NEED_VERSION
-        _check_version(port, facts, needed_version)
+        if facts.version < needed_version:
+            found = ".".join(map(str, facts.version))
+            needed = ".".join(map(str, needed_version))
+            raise TransferError("old-micropython", port=port, found=found, needed=needed)
         files = car_files(settings, facts.bytecode)
         differing = {path: data for path, data in files.items() if prompt.checksum(f"/{path}") != sha256(data).digest()}
         there = prompt.sizes(f"/{LIBRARY}")
@@ -125,13 +128,6 @@ def _chip(port: str, facts: Facts, chosen: PinMap | None) -> str:
     else:
         return found
     raise TransferError("another-chip", port=port, found=found, wanted=reason)
-
-
-def _check_version(port: str, facts: Facts, needed_version: tuple[int, ...]) -> None:
-    if facts.version < needed_version:
-        found = ".".join(map(str, facts.version))
-        needed = ".".join(map(str, needed_version))
-        raise TransferError("old-micropython", port=port, found=found, needed=needed)
 
 
 def _check_room(port: str, facts: Facts, differing: dict[str, bytes], stale: dict[str, int]) -> None:

@@ -30,6 +30,7 @@ show which block a car executes.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from motorcade.config.arguments import instance_of
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.devices import DEVICES
 from motorcade.errors import Phrase
@@ -102,9 +103,11 @@ class Compiled:
 def compile_program(program: Program, profile: Profile | None = None) -> Compiled:
     """Compile ``program`` for cars of ``profile``, by default of the built-in one that it names.
 
-    Raises MotorcadeError where the program names a profile that isn't built in, and none is given.
+    Raises MotorcadeError where one of both is of another kind, and where none is given and the program names one that
+    isn't built in.
     """
-    profile = profile or built_in_profile(program.profile)
+    instance_of(Program, "program", program)
+    profile = instance_of(Profile, "profile", profile or built_in_profile(program.profile))
     leader = Leader(program, profile)
     followers = _Followers(program.followers, profile, leader.told, leader.has_tells)
     diagnostics = [*leader.diagnostics, *_wrong_leader(program, leader, profile), *followers.diagnostics]

@@ -12,6 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
+from motorcade.config.arguments import not_allowed
 from motorcade.config.check import Fault, check, fits
 from motorcade.config.files import (
     DEEPEST,
@@ -185,6 +186,8 @@ def count_blocks(program: Program) -> int:
 
 def read_program(data: bytes | str) -> Program:
     """Return the Program in a project file's bytes or text. Raises ProgramError with all diagnostics of its shape."""
+    if not isinstance(data, bytes | str):
+        raise not_allowed("data", data, "bytes, str")
     return program_from_dict(read_document(data))
 
 

@@ -370,8 +370,10 @@ def repeat(times: int, *steps: Step, **more: Any) -> RepeatStep:
 
 def as_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
     """Return ``steps`` as a tuple. Raises TypeError, which names what is no step."""
-    if isinstance(steps, Step):
-        raise TypeError(f"{steps.kind} stands alone; put steps into a list, such as [forward(3), left(1)]")
+    if not isinstance(steps, Iterable):
+        # A single step, or no step at all.
+        alone = getattr(steps, "kind", steps)
+        raise TypeError(f"{alone} stands alone; put steps into a list, such as [forward(3), left(1)]")
     made = tuple(steps)
     for position, step in enumerate(made):
         if not isinstance(step, Step):

@@ -16,7 +16,7 @@ from motorcade.engine.simulation import checked_images
 from motorcade.engine.slots import Slots
 from motorcade.engine.world import World
 from motorcade.mats import Mat, formation, open_table
-from motorcade.runs.recorder import EVERY_MS, Recorder, Target, targets_of
+from motorcade.runs.recorder import EVERY_MS, Recorder, targets_of
 from motorcade.runs.recording import DATA_ENDING, Description, InMemoryRecording, OnProgress, Sink
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.infrared import TAGS
@@ -143,10 +143,6 @@ class Run:
         return np.concatenate([nothing, *self.recording.events()])
 
 
-def _takes_events(target: Target) -> bool:
-    return isinstance(target, Sink) or Path(target).suffix.lower() == DATA_ENDING
-
-
 def simulate(
     image: bytes,
     followers: int = 5,
@@ -182,7 +178,8 @@ def simulate(
     files = targets_of("record", record)
     is_small = len(instance_of(Mat, "mat", mat).starts) <= MOST_CARS_IN_MEMORY
     slots = SlotCounts(image, mat, chosen)
-    events = is_small or slots.counts_anything or any(_takes_events(target) for target in files)
+    takes_events = any(isinstance(target, Sink) or Path(target).suffix.lower() == DATA_ENDING for target in files)
+    events = is_small or slots.counts_anything or takes_events
     world = World(mat, [image], chosen, seeds=seed, events=events)
     recording = InMemoryRecording(Description.of(world, EVERY_MS)) if is_small else None
     driven_m = np.zeros(world.cars)

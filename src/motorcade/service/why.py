@@ -380,8 +380,10 @@ def _placed(order: RemedyOrder, mat: Mat) -> MatDocument | None:
     for point in _rings(wished):
         if math.dist(at, point) > reach_m - _SPARE_M or not _has_room(mat, others, point, radius_m):
             continue
+        direction = math.atan2(point[1] - at[1], point[0] - at[0])
+        off_deg = abs(math.degrees(math.remainder(direction - heading, math.tau)))
         # A new leader is turned towards the car; else the car is put where the other one's beam is.
-        if not is_new and _off_deg(at, heading, point) > mat.physics.beam_half_angle_deg - _SPARE_DEG:
+        if not is_new and off_deg > mat.physics.beam_half_angle_deg - _SPARE_DEG:
             continue
         if not _is_in_sight(mat, at, point, [car for car in others if car != at], radius_m):
             continue
@@ -414,12 +416,6 @@ def _has_room(mat: Mat, others: list[Point], point: Point, radius_m: float) -> b
     if any(math.dist(car, point) < air_m + radius_m for car in others):
         return False
     return obstructed(mat, [x], [y], air_m, Phrase("mat-of-page")) is None
-
-
-def _off_deg(at: Point, heading: float, point: Point) -> float:
-    """How far a point is beside the way that a car looks, in degrees."""
-    direction = math.atan2(point[1] - at[1], point[0] - at[0])
-    return abs(math.degrees(math.remainder(direction - heading, math.tau)))
 
 
 def _is_in_sight(mat: Mat, at: Point, point: Point, others: list[Point], radius_m: float) -> bool:
