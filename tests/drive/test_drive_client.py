@@ -15,7 +15,7 @@ from motorcade.drive.connection import CarRefusesError
 from motorcade.drive.keys import server_context
 from motorcade.drive.session import CarControl
 from motorcade.drive.wire import pack_frame
-from motorcade.errors import DriveError, MotorcadeError
+from motorcade.errors import DriveError, InputError, MotorcadeError
 from support.driven_car import deaf_port
 from support.loop_car import loop_car
 from support.mock_board import CLASSROOM, NEUTRAL, MockDriveBoard
@@ -292,9 +292,15 @@ async def test_a_car_that_floods_is_hung_up(floods):
 
 
 def test_a_freshness_far_beyond_the_failsafe_is_refused():
-    for fresh_s in (0.01, 1.5, float("nan")):
-        with pytest.raises(ValueError, match="fresh_s is"):
+    for fresh_s in (0.01, 1.5, float("nan"), "1"):
+        with pytest.raises(InputError, match="fresh_s is"):
             DriveClient("127.0.0.1", fresh_s=fresh_s)
+
+
+@pytest.mark.parametrize("port", ["5005", 0, -1, 1 << 16, 5005.5, None])
+def test_a_port_that_is_none_is_refused_before_anybody_is_called(port):
+    with pytest.raises(InputError, match="port is"):
+        DriveClient("127.0.0.1", port)
 
 
 # With keys: it drives a car that it trusts and that trusts it; else the sentence speaks of keys

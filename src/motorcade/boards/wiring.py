@@ -83,7 +83,10 @@ def wiring_svg(pins: PinMap, language: str) -> str:
             inside += _row(row, top + 9, colour)
             if not is_common:
                 inside.append(_text(_DEVICE_RIGHT - 12, top + 14, row.supply, "end"))
-            top += _depth(row)
+            depth = _DEEP_ROW
+            if all(component.kind == "series" for component in row.between):
+                depth = _ROW
+            top += depth
         drawn += [_box(_DEVICE_LEFT, begin, _DEVICE_RIGHT, top + 3 - begin, colour), *inside]
         top += 3 + _GAP
     height = top + _MARGIN - _GAP
@@ -98,12 +101,6 @@ def wiring_svg(pins: PinMap, language: str) -> str:
         + "".join(drawn)
         + "</svg>\n"
     )
-
-
-def _depth(row: WiringRow) -> int:
-    if all(component.kind == "series" for component in row.between):
-        return _ROW
-    return _DEEP_ROW
 
 
 def _row(row: WiringRow, y: int, colour: str) -> list[str]:

@@ -123,10 +123,9 @@ def make_keys(folder: Path, cars: Sequence[CarKeys], drivers: Sequence[str], now
 def list_keys(folder: Path) -> list[IssuedKeys]:
     """Return all keys of the authority in ``folder``, the oldest first. Raises MotorcadeError where there is none."""
     _read_authority(folder / AUTHORITY)
+    revoked = frozenset[int]()
     if (folder / REVOKED).exists():
         revoked = read_revoked(folder / REVOKED)
-    else:
-        revoked = frozenset()
     keys = []
     for certificate in _issued(folder):
         purposes = certificate.extensions.get_extension_for_class(x509.ExtendedKeyUsage).value
@@ -135,8 +134,7 @@ def list_keys(folder: Path) -> list[IssuedKeys]:
             role = DRIVER
         (name,) = certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
         number = certificate.serial_number
-        until = certificate.not_valid_after_utc
-        keys.append(IssuedKeys(role, str(name.value), number, until, number in revoked))
+        keys.append(IssuedKeys(role, str(name.value), number, certificate.not_valid_after_utc, number in revoked))
     return keys
 
 

@@ -8,6 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Self
 
+from motorcade.config.arguments import to_number, to_whole
 from motorcade.drive.connection import (
     Address,
     AwayError,
@@ -22,7 +23,7 @@ from motorcade.drive.keys import client_context
 from motorcade.drive.stamps import stamp_at
 from motorcade.drive.wire import SessionError, Telemetry, read_telemetry, stick_word
 from motorcade.errors import DriveError, MotorcadeError, Phrase
-from motorcade.sockets import DRIVE_PORT, port_behind
+from motorcade.sockets import DRIVE_PORT, LAST_PORT, port_behind
 from motorcade.timing import to_ticks
 from motorcade.words.formats import switch_words
 from motorcade.words.positions import DRIVE_NEUTRAL
@@ -69,7 +70,7 @@ class DriveClient:
         is_strange: whether the car has ever sent telemetry that isn't ours, which ends the connection.
 
     Raises:
-        MotorcadeError: ``keys`` can't be used, or there is no port for telemetry.
+        MotorcadeError: an argument isn't allowed, ``keys`` can't be used, or there is no port for telemetry.
     """
 
     def __init__(
@@ -84,19 +85,16 @@ class DriveClient:
         rearm: bool = True,
         patience_s: float | None = None,
     ) -> None:
-        if not _PERIOD_S <= fresh_s <= 1:
-            raise ValueError(f"fresh_s is {fresh_s!r}; allowed: {_PERIOD_S} to 1")
+        fresh_s = to_number("fresh_s", fresh_s, _PERIOD_S, 1)
+        port = to_whole("port", port, 1, LAST_PORT)
         if isinstance(keys, Path | str):
             keys = client_context(Path(keys))
         if telemetry_port is None:
             telemetry_port = port_behind(port)
-        telemetry_at = telemetry_port or None
-        if keys and telemetry_at is None:
+        if keys and not telemetry_port:
             raise MotorcadeError("keys-need-telemetry")
-        self._address = Address(host, port, telemetry_at, keys, (car or host) if keys else None)
-        self._patience_s = PATIENCE_S
-        if patience_s is not None:
-            self._patience_s = patience_s
+        self._address = Address(host, port, telemetry_port or None, keys, (car or host) if keys else None)
+        self._patience_s = PATIENCE_S if patience_s is None else patience_s
         self._switch = DeadmanSwitch(round(fresh_s * 1000), rearm)
         self.telemetry: Telemetry | None = None
         self.you: dict[str, Any] = {}
