@@ -6,7 +6,7 @@ import { createRequire } from "node:module";
 import { dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 import { defineConfig, type Plugin, type Rolldown } from "vite";
-import { bytecode } from "./bytecode";
+import { bytecode } from "./bytecode.ts";
 
 /** The studio, the remote, the pages of a class, and the studio as static files with its service worker. */
 const PAGES = ["index.html", "drive.html", "class.html", "site.html", "src/site/sw.ts"];
