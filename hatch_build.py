@@ -37,7 +37,16 @@ PYODIDE = (
 )
 # What the page is made of; tests and lint rules don't change it.
 PAGES = ("index.html", "drive.html", "class.html", "site.html")
-SOURCES = (*PAGES, "package.json", "package-lock.json", "tsconfig.json", "vite.config.ts", "public", "src")
+SOURCES = (
+    *PAGES,
+    "package.json",
+    "package-lock.json",
+    "tsconfig.json",
+    "vite.config.ts",
+    "bytecode.ts",
+    "public",
+    "src",
+)
 
 
 class PageHook(BuildHookInterface[Any]):

@@ -6,6 +6,7 @@ import { createRequire } from "node:module";
 import { dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 import { defineConfig, type Plugin, type Rolldown } from "vite";
+import { bytecode } from "./bytecode.ts";
 
 /** The studio, the remote, the pages of a class, and the studio as static files with its service worker. */
 const PAGES = ["index.html", "drive.html", "class.html", "site.html", "src/site/sw.ts"];
@@ -121,25 +122,29 @@ function blocklyMedia(): Plugin {
 }
 
 /**
- * Python for browsers: Pyodide's files and msgspec's wheel, in a folder whose name changes with their content. The module
- * `virtual:pyodide` exports the folder's address, relative to the page's, and the wheel's name.
+ * Python for browsers: Pyodide's files, msgspec's wheel and bytecode, in a folder whose name changes with their content. The
+ * module `virtual:pyodide` exports the folder's address, relative to the page's, and the wheel's name.
  */
 function pyodide(): Plugin {
   const runtime = dirname(createRequire(import.meta.url).resolve("pyodide/package.json"));
-  const names = ["pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm", "python_stdlib.zip"];
-  const files = new Map(names.map((name) => [name, readFileSync(join(runtime, name))]));
+  const names = ["pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm"];
+  const files = new Map<string, Uint8Array>(names.map((name) => [name, readFileSync(join(runtime, name))]));
   const hash = createHash("sha256");
   let folder = "";
   let msgspec = "";
   return {
     name: "pyodide",
     apply: "build",
-    buildStart() {
+    async buildStart() {
       const wheel = readdirSync(WHEELS).find((name) => name.startsWith("msgspec-"));
       if (wheel === undefined) this.error(`${WHEELS} has no wheel of msgspec: run 'python hatch_build.py build'`);
       msgspec = wheel;
-      files.set(wheel, readFileSync(join(WHEELS, wheel)));
-      files.set("pyodide-lock.json", Buffer.from(JSON.stringify(lock(runtime, wheel, files.get(wheel)!))));
+      const content = readFileSync(join(WHEELS, wheel));
+      const { stdlib, packages } = await bytecode(content);
+      files.set(wheel, content);
+      files.set("python_stdlib.zip", stdlib);
+      files.set("bytecode.zip", packages);
+      files.set("pyodide-lock.json", Buffer.from(JSON.stringify(lock(runtime, wheel, content))));
       for (const content of files.values()) hash.update(content);
       folder = `assets/pyodide-${hash.digest("hex").slice(0, 12)}/`;
     },

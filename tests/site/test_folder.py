@@ -2,11 +2,13 @@
 
 import gzip
 import hashlib
+import io
 import json
 import os
 import re
 import shlex
 import sys
+import zipfile
 from base64 import b64encode
 
 import pytest
@@ -49,6 +51,21 @@ def test_the_page_asks_for_files_of_the_site_alone_and_by_relative_addresses(fil
     assert [each for each in addresses if each.removeprefix("./") not in files] == []
     for style in (data.decode() for name, data in files.items() if name.endswith(".css")):
         assert re.findall(r"url\((?!\"?(?:data:|\./|[a-z]))[^)]*\)", style) == []
+
+
+def test_modules_of_a_start_come_as_bytecode_which_python_compares_with_their_sources(files):
+    """A browser that compiles them itself takes twice as long until the first Play."""
+    archives = {name.rpartition("/")[2]: data for name, data in files.items() if name.endswith(".zip")}
+    with zipfile.ZipFile(io.BytesIO(archives["python_stdlib.zip"])) as library:
+        assert {"os.pyc", "dataclasses.pyc", "encodings/utf_8.pyc", "_compat_pickle.py"} <= set(library.namelist())
+    with zipfile.ZipFile(io.BytesIO(archives["bytecode.zip"])) as packages:
+        headers = {name: packages.read(name)[:16] for name in packages.namelist()}
+    assert {
+        "msgspec/__pycache__/structs.cpython-314.pyc",
+        "motorcade/browser/__pycache__/shell.cpython-314.pyc",
+    } <= set(headers)
+    # PEP 552: 1 is bytecode with its source's hash, 2 that Python compares it.
+    assert {header[4] for header in headers.values()} == {3}
 
 
 def test_no_page_of_a_server_is_in_it(files):

@@ -13,7 +13,7 @@ import { takeOwnWorld } from "../api/worldConnection";
 import { reload } from "../ui/panes";
 import { openSharedLink, save } from "../projects/actions";
 import { attemptInClass, findPupilsWork, lookAt, looking, startPupil } from "../pupil/store";
-import { autosave } from "../projects/autosave";
+import { autosave, leftOpening } from "../projects/autosave";
 import { BLANK, markSaved, markUnsaved, library, loadProject } from "../projects/project";
 import { watchOtherWindows } from "../projects/windows";
 import { resumeMission, watchMissions } from "../missions/store";
@@ -102,8 +102,8 @@ async function openPupilsProject(): Promise<boolean> {
   return true;
 }
 
-/** Whether this page may find what a first visit finds: not for those who have seen it, or come by a link. */
-export const findsOpening = (): boolean => !useSettings.getState().toured && !location.hash;
+/** Whether this page may find what a first visit finds: not for those who have gone on from it, or come by a link. */
+export const findsOpening = (): boolean => (!useSettings.getState().toured || leftOpening()) && !location.hash;
 
 /** Open what a first visit finds, whose cars drive at once; false where it isn't for this page. */
 async function openOpening(): Promise<boolean> {
@@ -121,7 +121,7 @@ async function openFirstProject(): Promise<void> {
   if (await openPupilsProject()) return;
   const isPupil = useStudio.getState().capabilities?.classroom === "pupil";
   const stored = isPupil ? await findPupilsWork() : await autosave.find();
-  if (!stored && !isPupil && (await openOpening())) return;
+  if ((stored?.isOpening ?? true) && !isPupil && (await openOpening())) return;
   loadProject(stored ?? BLANK, stored?.parkedFollowers ?? null);
   useStudio.setState({ stored: stored?.stored ?? false, kept: stored?.kept ?? null, attempts: stored?.attempts ?? {} });
   void resumeMission();

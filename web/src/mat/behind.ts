@@ -4,6 +4,7 @@
  * Lengths are metres; an eye looks along its heading, level, HIGH_M above the floor.
  */
 
+import type { Ring } from "./air";
 import type { Size } from "./camera";
 import { carMarks } from "./carLooks";
 import type { CarLook } from "./carLook";
@@ -14,8 +15,8 @@ import { figure } from "./figure";
 import { skyOver } from "./floors";
 import { marksOf } from "./marks";
 import type { View } from "./painter";
-import { area, type Mark, rim } from "./shapes";
-import { bandAlong, chordsOf, closedWay, distance, pointBetween, ringOf } from "./ways";
+import { area, type Mark, rim, type Thing } from "./shapes";
+import { bandAlong, chordsOf, closedWay, crosses, distance, pointBetween, ringOf, turnOf } from "./ways";
 import { zoneMarks } from "./zones";
 
 export interface Eye {
@@ -24,62 +25,82 @@ export interface Eye {
   heading: number;
 }
 
+/** What is painted at a distance; `footprint` where it can hide something. */
+export interface Solid {
+  at: Point;
+  footprint: readonly Point[] | null;
+  paint: () => void;
+}
+
+type Corner = readonly [x: number, y: number, z: number];
+type Pixel = [x: number, y: number];
+
+/** A canvas of a size, in pixels of the page, and the eye that looks at it. */
+interface Lens {
+  g: CanvasRenderingContext2D;
+  eye: Eye;
+  size: Size;
+  contrast: boolean;
+}
+
 const BEHIND_M = 0.62;
 const HIGH_M = 0.4;
 /** What is nearer than this is behind the picture. */
 const NEAR_M = 0.06;
+const NEAREST_CAR_M = 0.1;
 const FARTHEST_M = 14;
 const MOST_CARS = 250;
 /** Of what would hide the car that is looked after. */
 const SHEER = 0.22;
 /** This far the line of sight goes on behind a car, as a share of its length. */
 const BEYOND = 20;
+/** A line that is thinner has the same width wherever it lies. */
+const WIDEST_HAIR_M = 0.004;
 const PERSON_M = 0.62;
+const STEP_MS = 400;
 const NUMBERED_PX = 23;
 const PANE_M = 0.13;
 
+/** The point so far ahead of an eye, or of a car. */
+const pointAhead = ({ x, y, heading }: Eye, metres: number): Point => [x + metres * Math.cos(heading), y + metres * Math.sin(heading)];
+
 /** Behind and above a car that looks along `heading`. */
-export const eyeBehind = (x: number, y: number, heading: number): Eye => ({
-  x: x - BEHIND_M * Math.cos(heading),
-  y: y - BEHIND_M * Math.sin(heading),
-  heading,
-});
+export function eyeBehind(x: number, y: number, heading: number): Eye {
+  const [eyeX, eyeY] = pointAhead({ x, y, heading }, -BEHIND_M);
+  return { x: eyeX, y: eyeY, heading };
+}
+
+/** A way, so far above the floor. */
+const raised = (way: readonly Point[], z: number): Corner[] => way.map(([x, y]) => [x, y, z]);
 
 /** How far ahead of the eye a point of the floor is; negative behind it. */
 const aheadOf = (eye: Eye, [x, y]: Point): number => (x - eye.x) * Math.cos(eye.heading) + (y - eye.y) * Math.sin(eye.heading);
 
-/** A picture of a size: a point 1 m ahead and 1 m aside is `focus` pixels from its middle. */
-const lensOf = ({ width, height }: Size) => ({ middle: width / 2, horizon: height * 0.32, focus: Math.min(width, height) * 0.8 });
+const asideOf = (eye: Eye, [x, y]: Point): number => (y - eye.y) * Math.cos(eye.heading) - (x - eye.x) * Math.sin(eye.heading);
+
+const horizonOf = ({ height }: Size): number => height * 0.32;
+
+/** How many pixels 1 m has at a distance of 1 m. */
+const focusOf = ({ width, height }: Size): number => Math.min(width, height) * 0.8;
+
+const pixelsAt = ({ eye, size }: Lens, at: Point): number => (aheadOf(eye, at) > NEAR_M ? focusOf(size) / aheadOf(eye, at) : 0);
 
 /** An outline at heights as the eye sees it, cut off where it reaches behind it; empty where nothing is left. */
-export function seen(eye: Eye, size: Size, corners: readonly (readonly [x: number, y: number, z: number])[], closed = true): [number, number][] {
-  const { middle, horizon, focus } = lensOf(size);
-  const [cos, sin] = [Math.cos(eye.heading), Math.sin(eye.heading)];
-  const turned = corners.map(([x, y, z]) => ({ ahead: (x - eye.x) * cos + (y - eye.y) * sin, aside: (y - eye.y) * cos - (x - eye.x) * sin, z }));
+export function seen(eye: Eye, size: Size, corners: readonly Corner[], closed = true): Pixel[] {
+  const turned = corners.map(([x, y, z]) => ({ ahead: aheadOf(eye, [x, y]), aside: asideOf(eye, [x, y]), z }));
   return turned.flatMap((here, k) => {
     const before = turned[k - 1] ?? (closed ? turned.at(-1)! : here);
     const points = here.ahead >= NEAR_M ? [here] : [];
     if (here.ahead >= NEAR_M !== before.ahead >= NEAR_M) {
       const share = (NEAR_M - before.ahead) / (here.ahead - before.ahead);
-      points.unshift({ ahead: NEAR_M, aside: before.aside + (here.aside - before.aside) * share, z: before.z + (here.z - before.z) * share });
+      const [aside, z] = pointBetween([before.aside, before.z], [here.aside, here.z], share);
+      points.unshift({ ahead: NEAR_M, aside, z });
     }
-    return points.map(({ ahead, aside, z }): [number, number] => [middle - (aside * focus) / ahead, horizon + ((HIGH_M - z) * focus) / ahead]);
+    return points.map(({ ahead, aside, z }): Pixel => {
+      const scale = focusOf(size) / ahead;
+      return [size.width / 2 - aside * scale, horizonOf(size) + (HIGH_M - z) * scale];
+    });
   });
-}
-
-const turn = ([ax, ay]: Point, [bx, by]: Point, [cx, cy]: Point) => (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
-
-/** How many sides of an outline, or of a wall, a line from a point to another crosses. */
-function crossed(footprint: readonly Point[], a: Point, b: Point): number {
-  const sides = chordsOf(footprint.length > 2 ? closedWay(footprint) : footprint);
-  return sides.filter(([c, d]) => turn(a, b, c) > 0 !== turn(a, b, d) > 0 && turn(c, d, a) > 0 !== turn(c, d, b) > 0).length;
-}
-
-/** What is painted at a distance; `footprint` where it can hide something. */
-export interface Solid {
-  at: Point;
-  footprint: readonly Point[] | null;
-  paint: () => void;
 }
 
 /** All that is painted, the farthest first. A wall's middle says too little of a car beside it: the car comes before all that hides it. */
@@ -97,8 +118,8 @@ export function paintOrder(eye: Eye, solids: readonly Solid[]): Solid[] {
       const reach = Math.max(...other.footprint.map((corner) => distance(corner, other.at)));
       // All of it is nearer than the car, or all of it is farther.
       if (Math.abs(otherAhead - ahead) > reach) continue;
-      if (crossed(other.footprint, from, at)) least = Math.max(least, otherAhead + 1e-6);
-      else if (crossed(other.footprint, at, beyond)) most = Math.min(most, otherAhead - 1e-6);
+      if (crosses(other.footprint, from, at)) least = Math.max(least, otherAhead + 1e-6);
+      else if (crosses(other.footprint, at, beyond)) most = Math.min(most, otherAhead - 1e-6);
     }
     return { solid, ahead: Math.max(most, least) };
   });
@@ -107,132 +128,148 @@ export function paintOrder(eye: Eye, solids: readonly Solid[]): Solid[] {
 
 /** Paint the view from an eye on a canvas of a size, in pixels of the page. */
 export function paintBehind(g: CanvasRenderingContext2D, view: View, eye: Eye, size: Size): void {
-  const { mat, theme, floor, contrast } = view;
-  const { horizon, focus } = lensOf(size);
-  const chased: Point = [eye.x + BEHIND_M * Math.cos(eye.heading), eye.y + BEHIND_M * Math.sin(eye.heading)];
-  const pixelsAt = (at: Point): number => (aheadOf(eye, at) > NEAR_M ? focus / aheadOf(eye, at) : 0);
+  const { mat, floor, theme, contrast } = view;
+  const lens: Lens = { g, eye, size, contrast };
+  paintSky(lens, view);
+  const marks = mat && marksOf(mat, floor, theme);
+  if (marks) paintMarks(lens, [...marks.ground, ...marks.pattern, ...marks.flat]);
+  for (const zone of view.zones) paintMarks(lens, zoneMarks(zone, theme, contrast));
+  for (const ring of view.rings) paintRing(lens, ring);
+  const things = marks?.things.map((thing) => solidOf(lens, thing)) ?? [];
+  for (const { paint } of paintOrder(eye, [...things, ...peopleOf(lens, view), ...carsOf(lens, view)])) paint();
+}
 
-  const fill = (corners: [number, number][], colour: string, alpha = 1, edge = "") => {
-    if (corners.length < 3) return;
-    g.beginPath();
-    for (const corner of corners) g.lineTo(...corner);
-    g.closePath();
-    const before = g.globalAlpha;
-    g.globalAlpha = before * alpha;
-    g.fillStyle = colour;
-    g.fill();
-    g.globalAlpha = before;
-    g.strokeStyle = edge;
-    g.lineWidth = 1;
-    if (edge) g.stroke();
-  };
-  const ball = ([x, y]: [number, number], radius: number, colour: string, alpha = 1) => {
-    g.globalAlpha *= alpha;
-    dot(g, colour, x, y, radius);
-    g.globalAlpha /= alpha;
-  };
-  const upright = ([ax, ay]: Point, [bx, by]: Point, low: number, high: number) =>
-    seen(eye, size, [[ax, ay, low], [bx, by, low], [bx, by, high], [ax, ay, high]]);
-  const level = (way: readonly Point[], z: number) => seen(eye, size, way.map(([x, y]) => [x, y, z] as const));
-
-  /** The sides of a prism that look this way, darker the more they look aside, with its windows. */
-  const sides = (outline: readonly Point[], { colour, lowM = 0, highM = 0, panes }: Mark, edge: string) => {
-    const chords = chordsOf(closedWay(outline));
-    const isLeft = chords.reduce((sum, [[ax, ay], [bx, by]]) => sum + ax * by - bx * ay, 0) > 0;
-    for (const [a, b] of chords) {
-      if (turn(a, b, [eye.x, eye.y]) > 0 === isLeft) continue;
-      const across = Math.abs(Math.sin(Math.atan2(b[1] - a[1], b[0] - a[0]) - eye.heading));
-      fill(upright(a, b, lowM, highM), colour, 1, edge);
-      fill(upright(a, b, lowM, highM), "#000000", 0.38 - 0.16 * across);
-      const count = panes ? Math.min(6, Math.floor(distance(a, b) / PANE_M)) : 0;
-      for (let pane = 0; pane < count; pane++) {
-        const [left, right] = [0.25, 0.75].map((share) => pointBetween(a, b, (pane + share) / count));
-        fill(upright(left!, right!, 0.12, 0.21), panes!);
-      }
-    }
-  };
-  const paintMark = (mark: Mark) => {
-    const { way, widthM, colour, alpha = 1, lowM, highM = 0 } = mark;
-    const isHair = widthM > 0 && widthM < 0.004 && way.length > 1;
-    if (way.length === 1) {
-      const [spot] = seen(eye, size, [[...way[0]!, highM]], false);
-      if (spot) ball(spot, (widthM / 2) * pixelsAt(way[0]!), colour, alpha);
-    } else if (isHair) {
-      const points = seen(eye, size, way.map(([x, y]) => [x, y, highM] as const), false);
-      g.beginPath();
-      for (const point of points) g.lineTo(...point);
-      g.strokeStyle = colour;
-      g.lineWidth = mark.leastPx ?? 1;
-      g.stroke();
-    } else {
-      const outline = widthM ? bandAlong(way, widthM) : way;
-      const stands = highM > (lowM ?? 0);
-      const edge = contrast ? "#ffffff" : "rgba(20,26,40,0.35)";
-      if (stands) sides(outline, mark, edge);
-      if (highM < HIGH_M) fill(level(outline, highM), colour, alpha, stands ? edge : "");
-    }
-  };
-
+function paintSky({ g, size: { width, height }, contrast }: Lens, { floor, theme }: View): void {
+  const horizon = horizonOf({ width, height });
   const sky = g.createLinearGradient(0, 0, 0, horizon);
   skyOver(floor, theme).forEach((colour, k) => sky.addColorStop(k, colour));
   g.fillStyle = theme.ground;
-  g.fillRect(0, horizon, size.width, size.height - horizon);
+  g.fillRect(0, horizon, width, height - horizon);
   g.fillStyle = sky;
-  g.fillRect(0, 0, size.width, horizon);
+  g.fillRect(0, 0, width, horizon);
   g.fillStyle = contrast ? "#ffffff" : theme.edge;
-  g.fillRect(0, horizon - 1, size.width, 1.5);
-  const { ground, pattern, flat, things } = mat ? marksOf(mat, floor, theme) : { ground: [], pattern: [], flat: [], things: [] };
-  for (const mark of [...ground, ...pattern, ...flat, ...view.zones.flatMap((zone) => zoneMarks(zone, theme, contrast))]) paintMark(mark);
-  for (const { x, y, radiusM, widthPx, colour, alpha, fill: inside } of view.rings) {
-    const ring = ringOf([x, y], radiusM);
-    paintMark(area(ring, colour, inside));
-    g.globalAlpha = alpha;
-    paintMark({ ...rim(ring, colour), leastPx: widthPx });
-    g.globalAlpha = 1;
-  }
+  g.fillRect(0, horizon - 1, width, 1.5);
+}
 
-  const paintCar = (car: CarLook, number: number) => {
-    const half = (view.carM / 2) * car.size;
-    const front: Point = [car.x + Math.cos(car.heading), car.y + Math.sin(car.heading)];
-    const isAway = aheadOf({ x: car.x, y: car.y, heading: eye.heading }, front) > 0;
-    const { far, body, near } = carMarks(car, half, isAway, contrast);
-    for (const mark of [...far, ...body, ...near]) paintMark(mark);
-    const px = half * pixelsAt([car.x, car.y]);
-    const [rear] = seen(eye, size, [[car.x - half * 0.94 * Math.cos(car.heading), car.y - half * 0.94 * Math.sin(car.heading), half * 0.5]], false);
-    if (px < NUMBERED_PX || !rear || !near.length || Math.cos(car.heading - eye.heading) < 0) return;
-    ball(rear, 0.3 * px, plateColour(number));
-    g.font = `700 ${Math.round(px * 0.42)}px ${pageFont()}`;
-    g.textAlign = "center";
-    g.textBaseline = "middle";
-    g.fillStyle = DARK;
-    g.fillText(String(number), ...rear);
-  };
-  const solids: Solid[] = things.map(({ footprint, marks }) => {
-    const at = pointBetween(footprint[0]!, footprint.at(-1)!, 0.5);
-    const hides = crossed(footprint, [eye.x, eye.y], chased) > 0;
+/** Paint with a share of the alpha that the canvas has. */
+function paintSheer(g: CanvasRenderingContext2D, alpha: number, paint: () => void): void {
+  const before = g.globalAlpha;
+  g.globalAlpha = before * alpha;
+  paint();
+  g.globalAlpha = before;
+}
+
+const paintMarks = (lens: Lens, marks: readonly Mark[]): void => marks.forEach((mark) => paintMark(lens, mark));
+
+function paintMark(lens: Lens, mark: Mark): void {
+  const { way, widthM, highM = 0, lowM = 0 } = mark;
+  if (way.length === 1) paintBall(lens, mark);
+  else if (widthM > 0 && widthM < WIDEST_HAIR_M) paintHair(lens, mark);
+  else {
+    const outline = widthM ? bandAlong(way, widthM) : way;
+    const edge = lens.contrast ? "#ffffff" : "rgba(20,26,40,0.35)";
+    const stands = highM > lowM;
+    if (stands) paintSides(lens, outline, mark, edge);
+    if (highM < HIGH_M) fill(lens.g, seen(lens.eye, lens.size, raised(outline, highM)), mark.colour, mark.alpha, stands ? edge : "");
+  }
+}
+
+function paintBall(lens: Lens, { way: [at], widthM, highM = 0, colour, alpha = 1 }: Mark): void {
+  const [middle] = seen(lens.eye, lens.size, raised([at!], highM), false);
+  if (middle) paintSheer(lens.g, alpha, () => dot(lens.g, colour, ...middle, (widthM / 2) * pixelsAt(lens, at!)));
+}
+
+function paintHair({ g, eye, size }: Lens, { way, highM = 0, colour, leastPx = 1 }: Mark): void {
+  g.beginPath();
+  for (const point of seen(eye, size, raised(way, highM), false)) g.lineTo(...point);
+  g.strokeStyle = colour;
+  g.lineWidth = leastPx;
+  g.stroke();
+}
+
+/** Paint the sides of a prism that look this way, darker the more they look aside, with its windows. */
+function paintSides({ g, eye, size }: Lens, outline: readonly Point[], { colour, lowM = 0, highM = 0, panes }: Mark, edge: string): void {
+  const upright = (a: Point, b: Point, low: number, high: number) => seen(eye, size, [...raised([a, b], low), ...raised([b, a], high)]);
+  const chords = chordsOf(closedWay(outline));
+  const isLeft = chords.reduce((sum, [a, b]) => sum + turnOf([0, 0], a, b), 0) > 0;
+  for (const [a, b] of chords) {
+    if (turnOf(a, b, [eye.x, eye.y]) > 0 === isLeft) continue;
+    const across = Math.abs(Math.sin(Math.atan2(b[1] - a[1], b[0] - a[0]) - eye.heading));
+    fill(g, upright(a, b, lowM, highM), colour, 1, edge);
+    fill(g, upright(a, b, lowM, highM), "#000000", 0.38 - 0.16 * across);
+    const count = panes ? Math.min(6, Math.floor(distance(a, b) / PANE_M)) : 0;
+    for (let pane = 0; pane < count; pane++) {
+      const [left, right] = [0.25, 0.75].map((share) => pointBetween(a, b, (pane + share) / count));
+      fill(g, upright(left!, right!, 0.12, 0.21), panes!);
+    }
+  }
+}
+
+function fill(g: CanvasRenderingContext2D, corners: readonly Pixel[], colour: string, alpha = 1, edge = ""): void {
+  if (corners.length < 3) return;
+  g.beginPath();
+  for (const corner of corners) g.lineTo(...corner);
+  g.closePath();
+  g.fillStyle = colour;
+  paintSheer(g, alpha, () => g.fill());
+  g.strokeStyle = edge;
+  g.lineWidth = 1;
+  if (edge) g.stroke();
+}
+
+function paintRing(lens: Lens, { x, y, radiusM, widthPx, colour, alpha, fill: inside }: Ring): void {
+  const ring = ringOf([x, y], radiusM);
+  paintMark(lens, area(ring, colour, inside));
+  paintSheer(lens.g, alpha, () => paintMark(lens, { ...rim(ring, colour), leastPx: widthPx }));
+}
+
+/** A thing, which is seen through where it would hide the car that is looked after. */
+function solidOf(lens: Lens, { footprint, marks }: Thing): Solid {
+  const { g, eye } = lens;
+  const hides = crosses(footprint, [eye.x, eye.y], pointAhead(eye, BEHIND_M));
+  const paint = () => paintSheer(g, hides ? SHEER : 1, () => paintMarks(lens, marks));
+  return { at: pointBetween(footprint[0]!, footprint.at(-1)!, 0.5), footprint, paint };
+}
+
+function peopleOf(lens: Lens, { mat, theme, tMs }: View): Solid[] {
+  const { g, eye, size } = lens;
+  return (mat ? listOf(mat, "person") : []).map((person) => {
+    const at = personAt(person, tMs);
     const paint = () => {
-      g.globalAlpha = hides ? SHEER : 1;
-      marks.forEach(paintMark);
-      g.globalAlpha = 1;
-    };
-    return { at, footprint, paint };
-  });
-  for (const person of mat ? listOf(mat, "person") : []) {
-    const at = personAt(person, view.tMs);
-    const paint = () => {
-      const [foot] = seen(eye, size, [[...at, 0]], false);
+      const [foot] = seen(eye, size, raised([at], 0), false);
       if (!foot) return;
+      const high = PERSON_M * pixelsAt(lens, at);
       g.save();
       g.translate(...foot);
-      g.scale(PERSON_M * pixelsAt(at), PERSON_M * pixelsAt(at));
-      figure(g, theme.person, view.tMs / 400 % 1);
+      g.scale(high, high);
+      figure(g, theme.person, (tMs / STEP_MS) % 1);
       g.restore();
     };
-    solids.push({ at, footprint: null, paint });
-  }
-  const near = view.cars.map((car, k) => ({ car, k, ahead: aheadOf(eye, [car.x, car.y]) })).filter(({ ahead }) => ahead > 0.1 && ahead < FARTHEST_M);
-  for (const { car, k } of near.sort((a, b) => a.ahead - b.ahead).slice(0, MOST_CARS)) {
-    solids.push({ at: [car.x, car.y], footprint: null, paint: () => paintCar(car, k) });
-  }
-  for (const { paint } of paintOrder(eye, solids)) paint();
+    return { at, footprint: null, paint };
+  });
+}
+
+/** The cars that can be seen, at most MOST_CARS of them. */
+function carsOf(lens: Lens, { cars, carM }: View): Solid[] {
+  const placed = cars.map((car, number) => ({ car, number, at: [car.x, car.y] as const, ahead: aheadOf(lens.eye, [car.x, car.y]) }));
+  const seenCars = placed.filter(({ ahead }) => ahead > NEAREST_CAR_M && ahead < FARTHEST_M).sort((a, b) => a.ahead - b.ahead);
+  return seenCars.slice(0, MOST_CARS).map(({ car, number, at }) => ({ at, footprint: null, paint: () => paintCar(lens, car, number, (carM / 2) * car.size) }));
+}
+
+function paintCar(lens: Lens, car: CarLook, number: number, half: number): void {
+  const isAway = Math.cos(car.heading - lens.eye.heading) > 0;
+  const { far, body, near } = carMarks(car, half, isAway, lens.contrast);
+  paintMarks(lens, [...far, ...body, ...near]);
+  const px = half * pixelsAt(lens, [car.x, car.y]);
+  const [rear] = seen(lens.eye, lens.size, raised([pointAhead(car, -0.94 * half)], 0.5 * half), false);
+  if (isAway && rear && px >= NUMBERED_PX) paintPlate(lens.g, rear, px, number);
+}
+
+function paintPlate(g: CanvasRenderingContext2D, at: Pixel, px: number, number: number): void {
+  dot(g, plateColour(number), ...at, 0.3 * px);
+  g.font = `700 ${Math.round(px * 0.42)}px ${pageFont()}`;
+  g.textAlign = "center";
+  g.textBaseline = "middle";
+  g.fillStyle = DARK;
+  g.fillText(String(number), ...at);
 }

@@ -75,6 +75,20 @@ export const closedWay = (way: readonly Point[]): Point[] => [...way, way[0]!];
 /** The chords of a way, each from one point to the next. */
 export const chordsOf = (way: readonly Point[]): [Point, Point][] => way.slice(1).map((to, k) => [way[k]!, to]);
 
+/** Above 0 where the way from `a` by `b` to `c` turns left, below 0 where it turns right. */
+export const turnOf = ([ax, ay]: Point, [bx, by]: Point, [cx, cy]: Point): number => (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
+
+/** Whether a chord from `a` to `b` and one from `c` to `d` cross. */
+function doCross(a: Point, b: Point, c: Point, d: Point): boolean {
+  return turnOf(a, b, c) > 0 !== turnOf(a, b, d) > 0 && turnOf(c, d, a) > 0 !== turnOf(c, d, b) > 0;
+}
+
+/** Whether a chord crosses an outline, or a wall of two points. */
+export function crosses(footprint: readonly Point[], a: Point, b: Point): boolean {
+  const sides = chordsOf(footprint.length > 2 ? closedWay(footprint) : footprint);
+  return sides.some(([c, d]) => doCross(a, b, c, d));
+}
+
 /** The point that lies a share of the way from one point to another. */
 export const pointBetween = ([ax, ay]: Point, [bx, by]: Point, share: number): Point => [ax + (bx - ax) * share, ay + (by - ay) * share];
 

@@ -2,7 +2,7 @@ import { afterAll, afterEach, beforeEach, describe, expect, it, vi } from "vites
 import { useDialogs } from "../state/dialogs";
 import { own } from "../state/otherTabs";
 import { useStudio } from "../state/studio";
-import { autosave, parseWork, workOf } from "./autosave";
+import { autosave, leftOpening, parseWork, workOf } from "./autosave";
 
 describe("the stored work", () => {
   it("is the whole project and what was put aside", () => {
@@ -38,6 +38,18 @@ describe("autosave", () => {
     vi.advanceTimersByTime(300);
     expect(stored()).toMatchObject({ leader: { blocks: { second: true } }, unsaved: true });
     expect(asks()).toBe(false);
+  });
+
+  it("keeps what a first visit finds, and says so until somebody changes it", () => {
+    end();
+    useStudio.setState({ isOpening: true, unsaved: false });
+    end = autosave.start();
+    vi.advanceTimersByTime(500);
+    expect([stored()?.isOpening, leftOpening()]).toEqual([true, true]);
+    useStudio.setState({ unsaved: true });
+    vi.advanceTimersByTime(500);
+    expect([stored()?.isOpening, leftOpening()]).toEqual([false, false]);
+    useStudio.setState({ isOpening: false });
   });
 
   it("keeps what is under way when the page is left", () => {

@@ -29,6 +29,8 @@ export interface StoredWork extends OpenedProject {
   unsaved: boolean;
   /** Whether a file or the library held it; older work does not say. */
   stored?: boolean;
+  /** Whether it is what a first visit finds, as nobody has changed it. */
+  isOpening?: boolean;
   /** As in `Studio`; work of before missions kept anything does not say. */
   kept?: Studio["kept"];
   attempts?: Studio["attempts"];
@@ -41,9 +43,10 @@ const COLLECT_MS = 400;
 
 export function workOf(studio: Studio, at: number): StoredWork {
   const { name, leader, followers, parkedFollowers, profile, python, mat, rangeMm, car, mission, kept, attempts, unsaved, stored, base } = studio;
+  const isOpening = studio.isOpening && !unsaved && !stored;
   const version = base?.name === name.trim() ? base.version : undefined;
   const project = { name, version, leader, followers, parkedFollowers, profile, python, mat, range_mm: rangeMm, car, mission };
-  return { ...project, kept, attempts, unsaved, stored, at };
+  return { ...project, kept, attempts, unsaved, stored, isOpening, at };
 }
 
 /** What was stored; null where there is nothing, or nothing that can be understood. */
@@ -66,6 +69,15 @@ export function parseWork(text: string | null): StoredWork | null {
 }
 
 const workAt = (key: string) => parseWork(localStorage.getItem(key));
+
+/** The places in the browser's storage whose names begin so, that of the newest work first. */
+function placesOf(prefix: string): string[] {
+  const places = Object.keys(localStorage).filter((key) => key.startsWith(prefix));
+  return places.sort((one, other) => (workAt(other)?.at ?? 0) - (workAt(one)?.at ?? 0));
+}
+
+/** Whether the newest work is what a first visit finds. */
+export const leftOpening = (): boolean => workAt(placesOf(PREFIX)[0] ?? "")?.isOpening ?? false;
 
 /** This tab's place in the browser's storage. */
 class Autosave implements Place {
@@ -96,13 +108,10 @@ class Autosave implements Place {
   async find(owner = ""): Promise<StoredWork | null> {
     const prefix = prefixOf(owner);
     const before = sessionStorage.getItem(PLACE_KEY);
-    const places = Object.keys(localStorage).filter((key) => key.startsWith(prefix));
+    const places = placesOf(prefix);
     let from = before?.startsWith(prefix) ? before : null;
     const others = from !== null || places.length > 0 ? await heldByOthers() : new Set<string>();
-    if (from === null) {
-      const newestFirst = places.sort((one, other) => (workAt(other)?.at ?? 0) - (workAt(one)?.at ?? 0));
-      from = newestFirst.find((key) => !others.has(key)) ?? null;
-    }
+    from ??= places.find((key) => !others.has(key)) ?? null;
     const work = from === null ? null : workAt(from);
     // A copy of a tab that is open begins with the same work at a place of its own.
     if (from === null || others.has(from)) this.takeNew(prefix);
@@ -136,6 +145,8 @@ class Autosave implements Place {
       void this.keeper.keepNow();
       if (!this.isStored) askUnlessSaved(event);
     };
+    // The next visit finds it again, though nobody changes it.
+    if (useStudio.getState().isOpening) this.keeper.note();
     return endAll(this.keeper.start(), listen(window, ["storage"], writeAgain), listen(window, ["beforeunload"], leave));
   }
 }

@@ -18,7 +18,13 @@ const pyodide = new URL(pyodideFolder, document.baseURI).href;
 /** The whole address of a file such as "start/profiles.json". */
 const fileUrl = (name: string) => new URL(folder + name, document.baseURI).href;
 
-const PLACES: Places = { pyodide, msgspec: pyodide + wheel, python: fileUrl("python.zip"), engine: fileUrl("engine.wasm") };
+const PLACES: Places = {
+  pyodide,
+  msgspec: pyodide + wheel,
+  bytecode: `${pyodide}bytecode.zip`,
+  python: fileUrl("python.zip"),
+  engine: fileUrl("engine.wasm"),
+};
 
 const makeWorker = () => new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
 startSettings();

@@ -56,7 +56,7 @@ export async function startOffline(): Promise<void> {
     isFirst = false;
   });
 
-  // Storing 17 MB would delay Python.
+  // Storing 19 MB would delay Python.
   await started();
   const registration = await workers.register(new URL("sw.js", document.baseURI), { updateViaCache: "none" });
   const takeOver = () => registration.waiting?.postMessage("take-over" satisfies ToServiceWorker);

@@ -6,6 +6,7 @@ import type { StreamName } from "../api/service";
 export interface Places {
   pyodide: string;
   msgspec: string;
+  bytecode: string;
   python: string;
   engine: string;
 }

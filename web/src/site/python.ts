@@ -68,7 +68,7 @@ export async function startPython(places: Places): Promise<Shell> {
 }
 
 async function startFrom(places: Places, snapshot: Uint8Array | null): Promise<Shell> {
-  const unpacking = Promise.all([unpack(places.python), unpack(places.msgspec)]);
+  const unpacking = Promise.all([places.python, places.msgspec, places.bytecode].map(unpack));
   // Whoever awaits it below handles its failure.
   unpacking.catch(() => undefined);
   const opening = openEngine(places.engine);

@@ -32,7 +32,7 @@ class MockWorker {
 }
 
 const TEXT = { text: "{}" };
-const PLACES = { pyodide: "pyodide/", msgspec: "m.whl", python: "p.zip", engine: "e.wasm" };
+const PLACES = { pyodide: "pyodide/", msgspec: "m.whl", bytecode: "b.zip", python: "p.zip", engine: "e.wasm" };
 const makeService = (isFirstVisit = false) =>
   new WorkerService(() => new MockWorker() as unknown as Worker, PLACES, (name) => `https://site.example/studio/${name}?v=1`, isFirstVisit);
 const newest = () => MockWorker.made.at(-1)!;
