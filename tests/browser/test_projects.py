@@ -251,3 +251,10 @@ def test_a_mat_is_saved_as_a_file_and_opened_in_another_project(open_page, tmp_p
         studio.mat_button("open").click()
     chooser.value.set_files({"name": "broken.toml", "mimeType": "", "buffer": b"format ="})
     expect(studio.notices).to_contain_text("broken.toml")
+
+
+def test_printing_from_the_menu_leaves_the_page_as_it_was(open_page) -> None:
+    """A browser pauses a page that asks to be printed: React Aria can't look for the focus there."""
+    studio = open_page(project=EXAMPLE)
+    studio.project_menu("export.print")
+    turn_right(studio)

@@ -95,10 +95,22 @@ export function useScroll(scroller: RefObject<HTMLElement | null>): { top: numbe
   return seen;
 }
 
+/**
+ * Print the page. A browser pauses a page that asks for it, from before `beforeprint` until after `afterprint`, and React Aria
+ * throws there: so what is printed is shown before.
+ */
+export function print(): void {
+  window.dispatchEvent(new Event("printing"));
+  window.print();
+}
+
 /** Whether the page is being printed: all words are then shown in any case. */
 export function usePrinting(): boolean {
   const [printing, setPrinting] = useState(false);
-  useEffect(() => listen(window, ["beforeprint", "afterprint"], ({ type }: Event) => flushSync(() => setPrinting(type === "beforeprint"))), []);
+  useEffect(() => {
+    const show = ({ type }: Event) => (type === "afterprint" ? setPrinting(false) : flushSync(() => setPrinting(true)));
+    return listen(window, ["printing", "beforeprint", "afterprint"], show);
+  }, []);
   return printing;
 }
 
