@@ -1,11 +1,12 @@
 /** The projector's pages: all stages at once, one pupil's stage, and the shared mat. */
 
-import { lazy, type ReactNode, Suspense, useCallback, useEffect, useRef, useState } from "react";
+import { lazy, type ReactNode, useCallback, useEffect, useRef, useState } from "react";
 import { type Answer, decodePicture } from "../api/world";
 import type { TeacherAbout, ClassWall, WallWorld } from "../generated/classroom";
 import type { Goals, Sentence } from "../generated/messages";
 import { inLanguage, type KeyIn, useTexts } from "../i18n";
 import { Action, Page, Problem } from "../ui/page";
+import { Later } from "../ui/panes";
 import { titleOr, useAttempt } from "./attempt";
 import { askTeacher, ClassStream } from "./ask";
 import { Avatar } from "./Avatar";
@@ -138,9 +139,9 @@ function WallPage() {
       {pupil && (
         <div className={css.shown}>
           <LargeWorld path={`/api/teacher/watch?pupil=${encodeURIComponent(pupil.id)}`} label={t("stageOf", { name: pupil.name })} />
-          <Suspense>
+          <Later>
             <ShownBlocks pupil={pupil.id} />
-          </Suspense>
+          </Later>
         </div>
       )}
     </Page>

@@ -1,9 +1,12 @@
 /** What the page's areas share: a divider between two, a boundary around one that may fail, how far one is scrolled, and printing. */
 
-import { Component, useEffect, useRef, useState, type KeyboardEvent, type PointerEvent, type ReactNode, type RefObject } from "react";
+import { Component, Suspense, useEffect, useRef, useState, type KeyboardEvent, type PointerEvent, type ReactNode, type RefObject } from "react";
 import { flushSync } from "react-dom";
+import { useTexts } from "../i18n";
 import { endAll, listen, watchSize } from "./areas";
+import { classes } from "./classes";
 import areas from "./areas.module.css";
+import buttons from "./buttons.module.css";
 
 interface DividerProps {
   label: string;
@@ -82,6 +85,30 @@ export class ErrorBoundary extends Component<ErrorBoundaryProps, { failed: boole
 /** Load the page again: a browser doesn't fetch a failed part of a page a second time. Autosave keeps the work. */
 export function reload(): void {
   location.reload();
+}
+
+interface LaterProps {
+  /** Shown until the children are fetched. */
+  waiting?: ReactNode;
+  children: ReactNode;
+}
+
+/** What is fetched when it is first shown: where that fails, a sentence stands in its place, and the rest of the page stays. */
+export function Later({ waiting, children }: LaterProps) {
+  const t = useTexts("app");
+  const failed = (
+    <div className={areas.failed} role="alert">
+      <p>{t("failed")}</p>
+      <button type="button" className={classes(buttons.button, buttons.primary)} onClick={reload}>
+        {t("reload")}
+      </button>
+    </div>
+  );
+  return (
+    <ErrorBoundary fallback={failed}>
+      <Suspense fallback={waiting}>{children}</Suspense>
+    </ErrorBoundary>
+  );
 }
 
 /** How far an element is scrolled down, and how high its view is. */
