@@ -8,6 +8,7 @@ import { say, startTexts } from "../i18n";
 import { Page } from "../ui/page";
 import { HowToJoin } from "./HowToJoin";
 import { Join } from "./Join";
+import { Privacy } from "./Privacy";
 import { Report } from "./TeacherCheck";
 import { ClassPart } from "./TeacherClass";
 import { PupilsPart } from "./TeacherPupils";
@@ -192,4 +193,15 @@ describe("the teacher", () => {
     await waitFor(() => expect(button.matches(":disabled")).toBe(false));
     expect(screen.getByRole("status").textContent).toContain("the-square-report.html");
   });
+});
+
+it("from what the class stores one comes back to where one was, a teacher to the teacher's page", async () => {
+  const user = userEvent.setup({ delay: null });
+  const back = vi.spyOn(history, "back").mockReturnValue();
+  history.pushState(null, "", "/privacy");
+  render(<Privacy />);
+  await user.click(screen.getByRole("link", { name: say("class.back") }));
+  expect(back).toHaveBeenCalledTimes(1);
+  back.mockRestore();
+  history.replaceState(null, "", "/");
 });
