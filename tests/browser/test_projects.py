@@ -258,3 +258,13 @@ def test_printing_from_the_menu_leaves_the_page_as_it_was(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     studio.project_menu("export.print")
     turn_right(studio)
+
+
+def test_examples_are_offered_where_their_pictures_cannot_be_fetched(open_page) -> None:
+    studio = open_page()
+    studio.forgive("Failed to load resource")
+    studio.page.route("**/clips-*.js", lambda route: route.abort())
+    with studio.page.expect_event("requestfailed"):
+        studio.open_dialog("examples")
+    expect(studio.dialog("examples.title").get_by_role("listitem").first).to_be_visible()
+    expect(studio.notices).to_be_empty()
