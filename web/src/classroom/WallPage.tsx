@@ -24,10 +24,15 @@ const ShownBlocks = lazy(() => import("./ShownBlocks"));
 function TeacherOnly({ title, children }: { title: KeyIn<"class">; children: ReactNode }) {
   const t = useTexts("class");
   const [about, setAbout] = useState<TeacherAbout | null>(null);
-  useEffect(() => void askTeacher("about").then(setAbout, () => undefined), []);
+  const { problem, attempt } = useAttempt();
+  useEffect(() => {
+    void attempt(async () => setAbout(await askTeacher("about")));
+    // eslint-disable-next-line react-hooks/exhaustive-deps
+  }, []);
   if (about?.signed_in) return children;
   return (
     <Page title={t(title)} className={css.narrow}>
+      <Problem text={problem} />
       {about && (
         <p>
           {t("projectorNeedsTeacher")} <a href="/teacher">{t("teacherTitle")}</a>
