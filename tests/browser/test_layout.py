@@ -107,6 +107,15 @@ def test_the_smallest_phone_shows_each_tool_whole(open_page) -> None:
     assert studio.box(studio.mat_button("pause"))["y"] == studio.box(studio.mat_button("fullScreen"))["y"]
 
 
+def test_the_stage_alone_is_no_wider_than_the_smallest_phone(open_page) -> None:
+    """What lies out of sight below it takes no part. Pages on an iPhone can't ask for the whole screen."""
+    studio = open_page(size=(320, 568), level="start")
+    studio.page.evaluate("() => { Element.prototype.requestFullscreen = undefined }")
+    studio.mat_button("fullScreen").click()
+    expect(studio.page.locator("[data-alone]").first).to_be_visible()
+    assert studio.page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
+
+
 def test_the_program_is_back_in_its_place_after_a_block_was_dropped(open_page) -> None:
     studio = open_page(size=(1024, 768), plain=True, level="start")
     hat = studio.block("leader", "Again and again")

@@ -251,3 +251,20 @@ def test_a_mat_is_saved_as_a_file_and_opened_in_another_project(open_page, tmp_p
         studio.mat_button("open").click()
     chooser.value.set_files({"name": "broken.toml", "mimeType": "", "buffer": b"format ="})
     expect(studio.notices).to_contain_text("broken.toml")
+
+
+def test_printing_from_the_menu_leaves_the_page_as_it_was(open_page) -> None:
+    """A browser pauses a page that asks to be printed: React Aria can't look for the focus there."""
+    studio = open_page(project=EXAMPLE)
+    studio.project_menu("export.print")
+    turn_right(studio)
+
+
+def test_examples_are_offered_where_their_pictures_cannot_be_fetched(open_page) -> None:
+    studio = open_page()
+    studio.forgive("Failed to load resource")
+    studio.page.route("**/clips-*.js", lambda route: route.abort())
+    with studio.page.expect_event("requestfailed"):
+        studio.open_dialog("examples")
+    expect(studio.dialog("examples.title").get_by_role("listitem").first).to_be_visible()
+    expect(studio.notices).to_be_empty()

@@ -1,4 +1,4 @@
-import { type CSSProperties, lazy, Suspense, useEffect, useRef, useState } from "react";
+import { type CSSProperties, lazy, useEffect, useRef, useState } from "react";
 import { I18nProvider } from "react-aria-components";
 import { Editors } from "../blocks/Editors";
 import { Problems } from "../blocks/Problems";
@@ -14,7 +14,7 @@ import { usePair } from "../pair/store";
 import { attempt } from "../projects/actions";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { Divider, ErrorBoundary, reload } from "../ui/panes";
+import { Divider, Later } from "../ui/panes";
 import { collectEdits } from "../words/compiling";
 import { Dialogs, Notices, ServerBanner } from "./Dialogs";
 import { Drawer } from "./Drawer";
@@ -25,7 +25,6 @@ import css from "./app.module.css";
 import { endAll, watchSize } from "../ui/areas";
 import areas from "../ui/areas.module.css";
 import { classes } from "../ui/classes";
-import { TextButton } from "../ui/controls";
 
 function SkipLinks() {
   const t = useTexts();
@@ -68,17 +67,11 @@ function LoadedStage() {
 /** The stage, made after the rest of the page. */
 function StageArea() {
   const t = useTexts();
-  const failed = (
-    <div className={areas.failed} role="alert">
-      <p>{t("app.failed")}</p>
-      <TextButton primary onPress={reload}>{t("app.reload")}</TextButton>
-    </div>
-  );
   return (
     <section className={classes("unprinted", css.stageArea, areas.panel)} id="stage" tabIndex={-1} aria-label={t("mat.title")}>
-      <ErrorBoundary fallback={failed}>
+      <Later>
         <LoadedStage />
-      </ErrorBoundary>
+      </Later>
     </section>
   );
 }
@@ -193,11 +186,11 @@ export function App() {
           <ServerBanner />
           <SocketNotice />
           {ready && (
-            <Suspense>
+            <Later>
               {isPair && <PairBar />}
               {classroom === "pupil" && <PupilBar />}
               {classroom === "teacher" && <TeacherBar />}
-            </Suspense>
+            </Later>
           )}
         </div>
         {ready ? <Work /> : <p className={classes("quiet", areas.loading)}>{t("app.loading")}</p>}

@@ -1,10 +1,10 @@
-import { lazy, Suspense, type CSSProperties, type ReactNode, useRef } from "react";
+import { lazy, type CSSProperties, type ReactNode, useRef } from "react";
 import { Tab, TabList, TabPanel, Tabs } from "react-aria-components";
 import { useStops } from "../certainty/stops";
 import { useTexts } from "../i18n";
 import { openDialog } from "../state/dialogs";
 import { type DrawerTab, type Level, LEVELS, openDrawer, useSettings } from "../state/settings";
-import { usePrinting, Divider } from "../ui/panes";
+import { Divider, Later, usePrinting } from "../ui/panes";
 import { classes } from "../ui/classes";
 import { IconButton, TextButton } from "../ui/controls";
 import { Icon } from "../ui/icons";
@@ -95,7 +95,7 @@ export function Drawer() {
         {panels.map(({ id, content }) => (
           // A closed drawer keeps its panel, since the tab says that it controls it.
           <TabPanel key={id} id={id} className={css.panel} style={open ? undefined : { display: "none" }}>
-            {open && <Suspense>{content}</Suspense>}
+            {open && <Later>{content}</Later>}
           </TabPanel>
         ))}
       </Tabs>

@@ -7,6 +7,7 @@ import { type Level, LEVELS, openDrawer, THEMES, useSettings } from "../state/se
 import { useStudio } from "../state/studio";
 import { Entry, IconButton, MenuButton, TextButton } from "../ui/controls";
 import { Icon } from "../ui/icons";
+import { print } from "../ui/panes";
 import { collectEdits } from "../words/compiling";
 import css from "./app.module.css";
 import buttons from "../ui/buttons.module.css";
@@ -60,7 +61,7 @@ function FileMenu() {
         {item("export.csv", exportCsv)}
         {item("export.svg", () => void exportPicture("svg"))}
         {item("export.png", () => void exportPicture("png"))}
-        {item("export.print", () => window.print())}
+        {item("export.print", print)}
       </MenuSection>
     </MenuButton>
   );

@@ -14,6 +14,7 @@ function Settings({ view }: { view: ClassView }) {
   const t = useTexts("class");
   const { problem, attempt } = useAttempt();
   const [title, setTitle] = useState(view.title);
+  const [stuckMinutes, setStuckMinutes] = useState(String(view.stuck_minutes));
   const set = (settings: Parameters<typeof askTeacher<"settings">>[1]) => void attempt(() => askTeacher("settings", settings));
   return (
     <section aria-label={t("classSettings")}>
@@ -33,8 +34,12 @@ function Settings({ view }: { view: ClassView }) {
           type="number"
           min={1}
           max={60}
-          value={view.stuck_minutes}
-          onChange={(event) => event.target.validity.valid && event.target.value && set({ stuck_minutes: event.target.valueAsNumber })}
+          value={stuckMinutes}
+          onChange={({ target }) => {
+            // What is being typed stays, also while it is no number yet.
+            setStuckMinutes(target.value);
+            if (target.validity.valid && target.value) set({ stuck_minutes: target.valueAsNumber });
+          }}
         />
       </label>
       <Problem text={problem} />

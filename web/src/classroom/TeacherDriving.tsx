@@ -1,6 +1,6 @@
 /** Where programs drive: the cable and the real cars, who has them, and the emergency stop; and the shared mat. */
 
-import { useEffect, useState } from "react";
+import { useEffect, useRef, useState } from "react";
 import type { ClassProgress, ClassView } from "../generated/classroom";
 import type { CompiledBlocks, StoredProject } from "../generated/messages";
 import { post } from "../api/connection";
@@ -74,10 +74,17 @@ function ProgrammedCars() {
   const { problem, attempt } = useAttempt();
   const [name, setName] = useState(NO_PROJECT);
   const [image, setImage] = useState<string | null>(NO_IMAGE);
+  const wanted = useRef(name);
   const choose = (chosen: string) => {
+    wanted.current = chosen;
     setName(chosen);
     setImage(NO_IMAGE);
-    if (chosen) void attempt(async () => setImage(await imageOf(chosen)));
+    if (!chosen) return;
+    void attempt(async () => {
+      const found = await imageOf(chosen);
+      // Another one may have been chosen meanwhile: no car gets this one under that one's name.
+      if (wanted.current === chosen) setImage(found);
+    });
   };
   return (
     <>

@@ -1,11 +1,12 @@
 /** The projector's pages: all stages at once, one pupil's stage, and the shared mat. */
 
-import { lazy, type ReactNode, Suspense, useCallback, useEffect, useRef, useState } from "react";
+import { lazy, type ReactNode, useCallback, useEffect, useRef, useState } from "react";
 import { type Answer, decodePicture } from "../api/world";
 import type { TeacherAbout, ClassWall, WallWorld } from "../generated/classroom";
 import type { Goals, Sentence } from "../generated/messages";
 import { inLanguage, type KeyIn, useTexts } from "../i18n";
 import { Action, Page, Problem } from "../ui/page";
+import { Later } from "../ui/panes";
 import { titleOr, useAttempt } from "./attempt";
 import { askTeacher, ClassStream } from "./ask";
 import { Avatar } from "./Avatar";
@@ -23,10 +24,15 @@ const ShownBlocks = lazy(() => import("./ShownBlocks"));
 function TeacherOnly({ title, children }: { title: KeyIn<"class">; children: ReactNode }) {
   const t = useTexts("class");
   const [about, setAbout] = useState<TeacherAbout | null>(null);
-  useEffect(() => void askTeacher("about").then(setAbout, () => undefined), []);
+  const { problem, attempt } = useAttempt();
+  useEffect(() => {
+    void attempt(async () => setAbout(await askTeacher("about")));
+    // eslint-disable-next-line react-hooks/exhaustive-deps
+  }, []);
   if (about?.signed_in) return children;
   return (
     <Page title={t(title)} className={css.narrow}>
+      <Problem text={problem} />
       {about && (
         <p>
           {t("projectorNeedsTeacher")} <a href="/teacher">{t("teacherTitle")}</a>
@@ -138,9 +144,9 @@ function WallPage() {
       {pupil && (
         <div className={css.shown}>
           <LargeWorld path={`/api/teacher/watch?pupil=${encodeURIComponent(pupil.id)}`} label={t("stageOf", { name: pupil.name })} />
-          <Suspense>
+          <Later>
             <ShownBlocks pupil={pupil.id} />
-          </Suspense>
+          </Later>
         </div>
       )}
     </Page>

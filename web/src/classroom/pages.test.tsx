@@ -1,4 +1,4 @@
-import { cleanup, render, screen, waitFor, within } from "@testing-library/react";
+import { act, cleanup, render, screen, waitFor, within } from "@testing-library/react";
 import userEvent from "@testing-library/user-event";
 import { afterEach, beforeAll, describe, expect, it, vi } from "vitest";
 import texts from "virtual:texts/class";
@@ -8,10 +8,13 @@ import { say, startTexts } from "../i18n";
 import { Page } from "../ui/page";
 import { HowToJoin } from "./HowToJoin";
 import { Join } from "./Join";
+import { Privacy } from "./Privacy";
 import { Report } from "./TeacherCheck";
 import { ClassPart } from "./TeacherClass";
+import { CarsPart } from "./TeacherDriving";
 import { PupilsPart } from "./TeacherPupils";
 import { HandOutPart } from "./TeacherHandOut";
+import { Wall } from "./WallPage";
 
 beforeAll(async () => {
   await startTexts(texts);
@@ -177,6 +180,48 @@ describe("the teacher", () => {
     expect(asked.at(-1)).toEqual(["/api/teacher/hand-out", { mission: { id: "pass-it-on" }, to: ["2"] }]);
   });
 
+  it("types after how many minutes a pupil is stuck: the field shows what is typed", async () => {
+    const user = userEvent.setup({ delay: null });
+    const asked = answerBy({ "/api/teacher/settings": () => ({}), "/api/teacher/addresses": () => new Refusal("x", "none") });
+    render(<ClassPart view={VIEW} />);
+    const minutes = screen.getByRole<HTMLInputElement>("spinbutton");
+    await user.clear(minutes);
+    expect(minutes.value).toBe("");
+    await user.type(minutes, "12");
+    expect(minutes.value).toBe("12");
+    expect(asked.at(-1)).toEqual(["/api/teacher/settings", { stuck_minutes: 12 }]);
+  });
+
+  it("is not told that the chosen project is wrong by what comes late of another one", async () => {
+    const user = userEvent.setup({ delay: null });
+    let compileFirst: (compiled: unknown) => void = () => undefined;
+    const compiled = [new Promise((resolve) => (compileFirst = resolve)), { image: "right" }];
+    const asked = answerBy({
+      "/api/projects/list": () => [{ name: "One" }, { name: "Two" }],
+      "/api/projects/read": () => ({ leader: {}, followers: null, profile: "classroom" }),
+      "/api/compile": () => compiled.shift(),
+    });
+    vi.stubGlobal("WebSocket", class extends EventTarget { close = vi.fn(); });
+    render(<CarsPart view={VIEW} />);
+    const projects = screen.getByRole("combobox", { name: say("class.carProject") });
+    await screen.findByRole("option", { name: "Two" });
+    for (const name of ["One", "Two"]) {
+      const before = asked.length;
+      await user.selectOptions(projects, name);
+      await waitFor(() => expect(asked).toHaveLength(before + 2));
+    }
+    compileFirst({ image: null });
+    // Behind all that follows from it.
+    await act(() => new Promise((resolve) => setTimeout(resolve)));
+    expect(screen.queryByText(say("class.wrongProject", { name: "Two" }))).toBeNull();
+  });
+
+  it("reads on the projector's page why it is empty where nothing answers", async () => {
+    vi.stubGlobal("fetch", () => Promise.reject(new TypeError("Failed to fetch")));
+    render(<Wall />);
+    expect(await screen.findByText(say("class.noAnswer"))).toBeTruthy();
+  });
+
   it("sees that a report is being made, and asks for no second one meanwhile", async () => {
     const user = userEvent.setup({ delay: null });
     let made: (page: string) => void = () => undefined;
@@ -192,4 +237,15 @@ describe("the teacher", () => {
     await waitFor(() => expect(button.matches(":disabled")).toBe(false));
     expect(screen.getByRole("status").textContent).toContain("the-square-report.html");
   });
+});
+
+it("from what the class stores one comes back to where one was, a teacher to the teacher's page", async () => {
+  const user = userEvent.setup({ delay: null });
+  const back = vi.spyOn(history, "back").mockReturnValue();
+  history.pushState(null, "", "/privacy");
+  render(<Privacy />);
+  await user.click(screen.getByRole("link", { name: say("class.back") }));
+  expect(back).toHaveBeenCalledTimes(1);
+  back.mockRestore();
+  history.replaceState(null, "", "/");
 });

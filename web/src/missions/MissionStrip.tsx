@@ -1,4 +1,4 @@
-import { lazy, Suspense, useEffect, useRef } from "react";
+import { lazy, useEffect, useRef } from "react";
 import { Button } from "react-aria-components";
 import { focusBlocks, offerBlocks } from "../blocks/workspaces";
 import type { CheckedGoal, GoalNow, Mission, MissionGoal, MissionResult } from "../generated/messages";
@@ -9,6 +9,7 @@ import { comeBack } from "../projects/project";
 import { openDialog } from "../state/dialogs";
 import { IconButton, TextButton } from "../ui/controls";
 import { classes } from "../ui/classes";
+import { Later } from "../ui/panes";
 import { BitEditor } from "./BitEditor";
 import { editMission, useDraft, zonesOf } from "./draft";
 import { MissionEditor } from "./MissionEditor";
@@ -101,9 +102,9 @@ function Task({ mission }: { mission: Mission }) {
         ))}
       </ul>
       {tries > 0 && (
-        <Suspense>
+        <Later>
           <LuckButton />
-        </Suspense>
+        </Later>
       )}
       <div role="status" className={css.outcome}>
         {mission.hints.slice(0, hints).map((hint, k) => (

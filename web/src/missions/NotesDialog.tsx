@@ -7,7 +7,7 @@ import { Choice } from "../ui/fields";
 import { Picture } from "../mat/Picture";
 import { useAnswer } from "../projects/useAnswer";
 import { closeDialog, openNotes, useDialogs } from "../state/dialogs";
-import { usePageState } from "../ui/panes";
+import { print, usePageState } from "../ui/panes";
 import { Sheet, TextButton } from "../ui/controls";
 import { playMission } from "./store";
 import controls from "../ui/controls.module.css";
@@ -96,7 +96,7 @@ export function NotesDialog() {
           <TextButton onPress={() => void playMission({ id: notes.id }).then((opened) => opened && closeDialog())}>
             {t("missions.notes.play")}
           </TextButton>
-          <TextButton primary onPress={() => window.print()}>{t("missions.notes.print")}</TextButton>
+          <TextButton primary onPress={print}>{t("missions.notes.print")}</TextButton>
         </footer>
       )}
     </Sheet>

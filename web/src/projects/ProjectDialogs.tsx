@@ -134,8 +134,9 @@ function ExampleCard({ example, clip, onOpen }: { example: Example; clip: Clip |
 export function ExamplesDialog() {
   const t = useTexts();
   const [examples] = useAnswer("examples", []);
+  // Where the pictures can't be fetched, the names are enough.
   const [clips, setClips] = useState<ReadonlyMap<string, Clip>>(new Map());
-  useEffect(() => void attempt(async () => setClips(await loadClips())), []);
+  useEffect(() => void loadClips().then(setClips, () => undefined), []);
   const openExample = (example: Example) =>
     attempt(async () => {
       const project = await request("example", { name: example.id });

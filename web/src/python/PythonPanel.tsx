@@ -1,7 +1,7 @@
-import { lazy, Suspense, useEffect } from "react";
+import { lazy, useEffect } from "react";
 import { FixButtons } from "../blocks/fixes";
 import { inLanguage, useTexts } from "../i18n";
-import { ErrorBoundary } from "../ui/panes";
+import { Later } from "../ui/panes";
 import { classes } from "../ui/classes";
 import { TextButton } from "../ui/controls";
 import { followBlocks, updateText, usePython } from "./text";
@@ -43,14 +43,12 @@ export function PythonPanel() {
       <p id="python-about" className={classes("quiet", css.about)}>
         {t("python.about")}
       </p>
-      <ErrorBoundary fallback={<p className={css.mistakes}>{t("app.failed")}</p>}>
-        <Suspense fallback={<p className="quiet">{t("app.loading")}</p>}>
-          <div className={css.beside}>
-            <FunctionList />
-            <CodeEditor />
-          </div>
-        </Suspense>
-      </ErrorBoundary>
+      <Later waiting={<p className="quiet">{t("app.loading")}</p>}>
+        <div className={css.beside}>
+          <FunctionList />
+          <CodeEditor />
+        </div>
+      </Later>
       <Mistakes />
     </div>
   );

@@ -1,4 +1,4 @@
-import { cleanup, render, screen } from "@testing-library/react";
+import { act, cleanup, render, screen } from "@testing-library/react";
 import { afterEach, beforeAll, beforeEach, expect, it } from "vitest";
 import texts from "virtual:texts/remote";
 import type { CarTelemetry } from "../generated/remote";
@@ -28,4 +28,14 @@ it("that a car stopped by itself concerns only who has driven", () => {
   useRemote.setState({ hasDriven: true });
   rerender(<Notices car="red" />);
   expect(screen.getByRole("status").textContent).toBe(say("remote.failsafe"));
+});
+
+it("who has left all cars is told to choose one, on the page of a single car too", () => {
+  const ada = { car: "ada", name: "ada", leads: null, sees: false };
+  useRemote.setState({ opening: false, open: true, cars: [ada], joined: [] });
+  render(<Remote />);
+  expect(screen.getByText(say("remote.noneChosen"))).toBeTruthy();
+  expect(screen.getByRole("option", { name: "ada" })).toBeTruthy();
+  act(() => useRemote.setState({ cars: [] }));
+  expect(screen.getByText(say("remote.noCars"))).toBeTruthy();
 });

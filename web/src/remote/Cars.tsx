@@ -44,7 +44,8 @@ export function CarList({ shown, onChoose }: { shown: string | null; onChoose: (
   const { cars, joined } = useRemote();
   const telemetry = useTelemetry();
   const others = cars.filter(({ car }) => !joined.includes(car));
-  if (cars.length < 2) return null;
+  // A car's own page has one car, which can be left out by the page's address alone.
+  if (cars.length < 2 && joined.length === cars.length) return null;
   return (
     <section className="wrap" aria-label={t("cars")}>
       <ul className="wrap">

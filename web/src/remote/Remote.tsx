@@ -114,6 +114,7 @@ function View({ car, name }: { car: string; name: string }) {
 export function Remote() {
   const t = useTexts("remote");
   const joined = useRemote(({ joined }) => joined);
+  const isEmpty = useRemote(({ cars }) => cars.length === 0);
   const [chosen, choose] = useState<string | null>(null);
   const nameOf = useCarName();
   const hasAsked = useSettings(({ userName }) => userName !== null);
@@ -123,7 +124,7 @@ export function Remote() {
       <div className={css.parts}>
         <div className={css.seeing}>
           <CarList shown={shown} onChoose={choose} />
-          {shown === null ? <p className={css.empty}>{t("noCars")}</p> : <View car={shown} name={nameOf(shown)} />}
+          {shown === null ? <p className={css.empty}>{t(isEmpty ? "noCars" : "noneChosen")}</p> : <View car={shown} name={nameOf(shown)} />}
         </div>
         <div className={classes("column fill", css.driving)}>
           <AskName />

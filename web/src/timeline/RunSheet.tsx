@@ -8,7 +8,7 @@ import { Stars } from "../missions/Stars";
 import { useMission } from "../missions/store";
 import { useSettings } from "../state/settings";
 import { useStudio, useWords } from "../state/studio";
-import { usePageState } from "../ui/panes";
+import { print, usePageState } from "../ui/panes";
 import { classes } from "../ui/classes";
 import { Sheet, TextButton } from "../ui/controls";
 import { storyOf } from "../words/story";
@@ -59,7 +59,7 @@ export function RunSheet() {
         )}
       </article>
       <footer className={controls.sheetFoot}>
-        <TextButton primary onPress={() => window.print()}>{t("run.print")}</TextButton>
+        <TextButton primary onPress={print}>{t("run.print")}</TextButton>
       </footer>
     </Sheet>
   );

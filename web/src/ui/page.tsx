@@ -1,11 +1,12 @@
 /** The frame, the fields and the buttons of small pages: a class's, the wall's, the remote's. They are the browser's own. */
 
-import { type ComponentProps, lazy, type ReactNode, Suspense, type SyntheticEvent, useEffect, useId, useState } from "react";
+import { type ComponentProps, lazy, type ReactNode, type SyntheticEvent, useEffect, useId, useState } from "react";
 import { changeLanguage, languages, nameOf, useLanguage, useTexts } from "../i18n";
 import { useQuestion } from "../state/questions";
 import { THEMES, type ThemeName, useSettings } from "../state/settings";
 import { classes } from "./classes";
 import { Icon } from "./icons";
+import { Later } from "./panes";
 import { SocketNotice } from "./SocketNotice";
 import buttons from "./buttons.module.css";
 import css from "./page.module.css";
@@ -36,12 +37,12 @@ export function Page({ title, tools, settings, className, children }: PageProps)
         <SettingsSheet>{settings}</SettingsSheet>
       </header>
       <SocketNotice />
-      <main className={className}>{children}</main>
       {asks && (
-        <Suspense>
+        <Later>
           <QuestionDialog />
-        </Suspense>
+        </Later>
       )}
+      <main className={className}>{children}</main>
     </div>
   );
 }

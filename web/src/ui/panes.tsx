@@ -1,9 +1,12 @@
 /** What the page's areas share: a divider between two, a boundary around one that may fail, how far one is scrolled, and printing. */
 
-import { Component, useEffect, useRef, useState, type KeyboardEvent, type PointerEvent, type ReactNode, type RefObject } from "react";
+import { Component, Suspense, useEffect, useRef, useState, type KeyboardEvent, type PointerEvent, type ReactNode, type RefObject } from "react";
 import { flushSync } from "react-dom";
+import { useTexts } from "../i18n";
 import { endAll, listen, watchSize } from "./areas";
+import { classes } from "./classes";
 import areas from "./areas.module.css";
+import buttons from "./buttons.module.css";
 
 interface DividerProps {
   label: string;
@@ -84,6 +87,30 @@ export function reload(): void {
   location.reload();
 }
 
+interface LaterProps {
+  /** Shown until the children are fetched. */
+  waiting?: ReactNode;
+  children: ReactNode;
+}
+
+/** What is fetched when it is first shown: where that fails, a sentence stands in its place, and the rest of the page stays. */
+export function Later({ waiting, children }: LaterProps) {
+  const t = useTexts("app");
+  const failed = (
+    <div className={areas.failed} role="alert">
+      <p>{t("failed")}</p>
+      <button type="button" className={classes(buttons.button, buttons.primary)} onClick={reload}>
+        {t("reload")}
+      </button>
+    </div>
+  );
+  return (
+    <ErrorBoundary fallback={failed}>
+      <Suspense fallback={waiting}>{children}</Suspense>
+    </ErrorBoundary>
+  );
+}
+
 /** How far an element is scrolled down, and how high its view is. */
 export function useScroll(scroller: RefObject<HTMLElement | null>): { top: number; height: number } {
   const [seen, setSeen] = useState({ top: 0, height: 600 });
@@ -95,10 +122,22 @@ export function useScroll(scroller: RefObject<HTMLElement | null>): { top: numbe
   return seen;
 }
 
+/**
+ * Print the page. A browser pauses a page that asks for it, from before `beforeprint` until after `afterprint`, and React Aria
+ * throws there: so what is printed is shown before.
+ */
+export function print(): void {
+  window.dispatchEvent(new Event("printing"));
+  window.print();
+}
+
 /** Whether the page is being printed: all words are then shown in any case. */
 export function usePrinting(): boolean {
   const [printing, setPrinting] = useState(false);
-  useEffect(() => listen(window, ["beforeprint", "afterprint"], ({ type }: Event) => flushSync(() => setPrinting(type === "beforeprint"))), []);
+  useEffect(() => {
+    const show = ({ type }: Event) => (type === "afterprint" ? setPrinting(false) : flushSync(() => setPrinting(true)));
+    return listen(window, ["printing", "beforeprint", "afterprint"], show);
+  }, []);
   return printing;
 }
 
