@@ -55,6 +55,21 @@ describe("a small page", () => {
     expect(sent).toHaveBeenCalledTimes(1);
   });
 
+  it("closes its settings by Escape, which leads back to their button, and by a press elsewhere alone", async () => {
+    const user = userEvent.setup({ delay: null });
+    render(<Sample />);
+    const language = screen.getByRole<HTMLSelectElement>("combobox", { name: "Language" });
+    const sheet = language.closest("details")!;
+    sheet.open = true;
+    await user.click(language);
+    expect(sheet.open).toBe(true);
+    await user.keyboard("{Escape}");
+    expect([sheet.open, document.activeElement]).toEqual([false, sheet.querySelector("summary")]);
+    sheet.open = true;
+    await user.click(screen.getByRole("textbox", { name: "Name" }));
+    expect(sheet.open).toBe(false);
+  });
+
   it("changes its language and colours at once, its title too, and keeps the language", async () => {
     const user = userEvent.setup({ delay: null });
     render(<Sample />);

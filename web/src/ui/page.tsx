@@ -1,6 +1,6 @@
 /** The frame, the fields and the buttons of small pages: a class's, the wall's, the remote's. They are the browser's own. */
 
-import { type ComponentProps, lazy, type ReactNode, type SyntheticEvent, useEffect, useId, useState } from "react";
+import { type ComponentProps, type KeyboardEvent, lazy, type ReactNode, type SyntheticEvent, useEffect, useId, useRef, useState } from "react";
 import { changeLanguage, languages, nameOf, useLanguage, useTexts } from "../i18n";
 import { useQuestion } from "../state/questions";
 import { THEMES, type ThemeName, useSettings } from "../state/settings";
@@ -47,15 +47,29 @@ export function Page({ title, tools, settings, className, children }: PageProps)
   );
 }
 
-/** The settings, behind a button: language and colours, and below them the children. */
+/** The settings, behind a button: language and colours, and below them the children. Escape, or a press elsewhere, closes them. */
 function SettingsSheet({ children }: { children: ReactNode }) {
   const t = useTexts("settings");
   const language = useLanguage();
   const theme = useSettings((settings) => settings.theme);
   const [problem, setProblem] = useState("");
+  const sheet = useRef<HTMLDetailsElement>(null);
+  useEffect(() => {
+    const listening = new AbortController();
+    const closeFromOutside = ({ target }: Event) => {
+      if (!sheet.current!.contains(target as Node)) sheet.current!.open = false;
+    };
+    document.addEventListener("pointerdown", closeFromOutside, { signal: listening.signal });
+    return () => listening.abort();
+  }, []);
+  const closeByEscape = ({ key }: KeyboardEvent) => {
+    if (key !== "Escape") return;
+    sheet.current!.open = false;
+    sheet.current!.querySelector("summary")!.focus();
+  };
   const choose = (chosen: string) => void changeLanguage(chosen).then(() => setProblem(""), () => setProblem(t("noTexts")));
   return (
-    <details className={classes("anchor", css.settings)}>
+    <details ref={sheet} className={classes("anchor", css.settings)} onKeyDown={closeByEscape}>
       <summary aria-label={t("title")}>
         <Icon name="settings" />
       </summary>
