@@ -28,9 +28,9 @@ SHEEPDOG = {
 DRIVE = {"drive": {"direction": "forward", "speed": 2, "seconds": 3}}
 STOPS, NEAREST = "A0800000", 8
 MET = {"en": "somebody was near", "zh": "附近有人"}
-# The mouse builds below.
-HANDS = [("touch", "zh"), ("keyboard", "en")]
-MORE_HANDS = [("mouse", "en"), ("mouse", "zh"), ("touch", "en"), ("keyboard", "zh")]
+# Mouse and finger build below.
+HANDS = [("keyboard", "zh")]
+MORE_HANDS = [("mouse", "en"), ("mouse", "zh"), ("touch", "en"), ("touch", "zh"), ("keyboard", "en")]
 
 
 @pytest.mark.parametrize(("hand", "language"), [*HANDS, *(MORE_HANDS if SOAK else [])])

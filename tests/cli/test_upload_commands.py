@@ -13,6 +13,7 @@ from motorcade.boards.computer import ImageStore
 from motorcade.upload import transfer as talk
 from motorcade.words import upload as protocol
 from support.command_line import PARADE, Terminal, data, refusal, run, started
+from support.impatience import give_up_after
 from support.played_car import PlayedCar
 
 OK = b"OK words=3 crc32=aaa3b7a2\n"
@@ -127,8 +128,7 @@ def test_upload_and_readback_with_a_simulated_car(tmp_path, image, monkeypatch):
 
 @posix_only
 def test_a_silent_board_is_exit_code_5_and_no_verify_promises_nothing(image, tmp_path, monkeypatch):
-    monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 60)
-    monkeypatch.setattr(talk, "CHECKED_WITHIN_MS", 60)
+    give_up_after(monkeypatch, 60)
     with contextlib.closing(PlayedCar("pty")) as board:
         said = refusal(5, "upload", image, "--port", board.port)
         assert "--no-verify" in said

@@ -10,6 +10,7 @@ import os
 import subprocess
 import sys
 from collections import defaultdict
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -33,10 +34,11 @@ from motorcade import (
     wait,
     wander,
 )
+from motorcade.boards.on_chip.power_on import SETTINGS_FILE
 from motorcade.car.brain import VOICE_GO, VOICE_STOP
 from motorcade.config.pins import VoiceMap, parse_pins
 from motorcade.config.profile import built_in_profile
-from motorcade.firmware.car_files import board_files, settings_of, templates
+from motorcade.firmware.car_files import EXTRAS, board_files, settings_of, templates
 from motorcade.firmware.shortened import shortened
 from motorcade.imports import PACKAGE
 from motorcade.words.infrared import FrameReceiver, frame_durations_us, to_frame
@@ -147,11 +149,18 @@ def helpers() -> dict[str, bytes]:
     return {path: data for path, data in shortened(sources | found, "lib").items() if path in found}
 
 
+@cache
+def library(extras: frozenset[str]) -> dict[str, bytes]:
+    """Return the files of boards that have these extras, with other settings; to shorten them takes a second."""
+    return board_files(dict.fromkeys(extras)) | helpers()
+
+
 def on_micropython(module: str, given: list[str]) -> list[str]:
     """Return what ``module`` prints with the files that the installer puts on a board."""
     command = [str(HERE / "run_micropython.mjs"), module, *given]
+    files = library(frozenset(EXTRAS.keys() & json.loads(given[0]).keys()))
     with TemporaryDirectory() as board:
-        for path, data in (board_files(json.loads(given[0])) | helpers()).items():
+        for path, data in (files | {SETTINGS_FILE: given[0].encode()}).items():
             target = Path(board, path)
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(data)

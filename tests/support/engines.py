@@ -19,6 +19,7 @@ import psutil
 from scripts import debian
 from websockets.sync.client import ClientConnection, connect
 
+from support.browser_profiles import FEW_PICTURES
 from support.waiting import DEADLINE_S, wait_until
 
 # Long enough for a machine that is busy with other tests.
@@ -207,6 +208,8 @@ class WebKit(EnginePage):
         self.gather()
         self._send(f"{self._session}/url", url=url)
         self.evaluate(_LISTEN)
+        # Without a graphics processor its pictures are most of its work.
+        self.evaluate(FEW_PICTURES)
 
     def resize(self, width: int, height: int) -> None:
         frame = self.evaluate("return [outerWidth - innerWidth, outerHeight - innerHeight]")

@@ -16,6 +16,7 @@ from motorcade.upload.serial_port import BARE, BOARD, PortInfo
 from motorcade.upload.transfer import holds_phrase
 from motorcade.words import upload as protocol
 from motorcade.words.request import CHECK_BYTES
+from support.impatience import give_up_after
 from support.played_car import IMAGE, PlayedCar
 from support.upload_ends import NO_PROGRAM, ReceivingCar
 
@@ -29,8 +30,7 @@ def no_pauses(monkeypatch) -> None:
     """Shorten all timeouts, as cars answer at once or never here."""
     monkeypatch.setattr(talk, "SETTLE_MS", 0)
     monkeypatch.setattr(talk, "BOOT_MS", 0)
-    monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 300)
-    monkeypatch.setattr(talk, "CHECKED_WITHIN_MS", 300)
+    give_up_after(monkeypatch, 300)
 
 
 def base64_of(data: bytes) -> str:
