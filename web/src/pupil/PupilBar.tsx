@@ -38,14 +38,16 @@ interface ClassmatesProps {
 
 /** Choose one of the class. */
 function Classmates({ title, about, canChoose = true, onChoose, onClose }: ClassmatesProps) {
-  const [classmates, setClassmates] = useState<Classmate[]>([]);
+  const t = useTexts();
+  const [classmates, setClassmates] = useState<Classmate[] | null>(null);
   useEffect(() => void attemptInClass(async () => setClassmates(await askClass("classmates"))), []);
   return (
     <Sheet title={title} onClose={onClose}>
       <p>{about}</p>
+      {classmates?.length === 0 && <p>{t("pupil.nobodyElse")}</p>}
       <ul className={css.classmates}>
         {canChoose &&
-          classmates.map((each) => (
+          classmates?.map((each) => (
             <li key={each.id}>
               <TextButton onPress={() => onChoose(each)}>
                 <Avatar name={each.avatar} />
